@@ -137,7 +137,7 @@ pub mod unit;
 
 pub use driver::Bound;
 pub use driver::certainty::Verdict;
-pub use driver::clash::{Clash, Clashes};
+pub use driver::clash::{Clash, ClashPlan, Clashes, ComparedPair};
 pub use driver::job::Backend;
 pub use driver::measured::{Method, Seconds};
 pub use driver::surface::SurfaceReport;

@@ -20,6 +20,13 @@ use crate::cancel::checkpoint;
 /// is replaced. An existing target that is not an ordinary file (a device, a pipe, a file that a process has open) is
 /// never replaced: everything is written into it at once.
 pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    remove_left_behind(folder_of(&link_target(path)));
+    add(path, fill)
+}
+
+/// Writes a file as [`replace`] does, but leaves the temporary files of killed processes: a folder of many files takes
+/// long to look through.
+pub fn add(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
     let fill = |file: &mut File| {
         let mut buffered = BufWriter::with_capacity(1 << 16, file);
         fill(&mut buffered)?;
@@ -34,17 +41,19 @@ pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::
         return Ok(());
     }
     let target = link_target(path);
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    remove_left_behind(folder);
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
-    let (mut file, unfinished) = Unfinished::make(|| builder.make_in(folder, make_locked))?;
+    let (mut file, unfinished) = Unfinished::make(|| builder.make_in(folder_of(&target), make_locked))?;
     fill(file.as_file_mut())?;
     // The last moment at which a stopped operation leaves no file.
     checkpoint();
     file.persist(&target)?;
     drop(unfinished);
     Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Prefix and suffix of the names of temporary files.

@@ -6,14 +6,14 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use crate::driver::input::{self, InputRequirements, Sides, load, solid_of_mesh};
+use crate::driver::input::{self, InputRequirements, Sides, load, load_all, solid_of_mesh};
 use crate::driver::job::{Input, Openness};
 #[cfg(feature = "picture")]
 use crate::driver::render;
 use crate::driver::surface::write_error;
 use crate::mesh::{Aabb, LengthUnit, TriangleMesh, io};
 use crate::sampler::FillRule;
-use crate::{Error, Shape, Warning};
+use crate::{Error, Settings, Shape, Warning};
 
 /// The requirements on a mesh before its fill rule and its operation are known.
 const CLOSED: InputRequirements = InputRequirements {
@@ -51,6 +51,18 @@ impl Solid {
     pub fn open(path: impl AsRef<Path>) -> Result<Solid, Error> {
         let input = Input { name: None, path: path.as_ref().to_path_buf(), placement: None };
         Ok(Solid::from_inner(load(&input, CLOSED)?))
+    }
+
+    /// Reads several files at the same time, as [`open`](Solid::open) reads one, on the threads and within the memory limit of the
+    /// settings.
+    ///
+    /// # Errors
+    /// Those of [`open`](Solid::open), of the first file that has one, and files whose meshes would not fit into memory.
+    pub fn open_all(paths: &[impl AsRef<Path>], settings: &Settings) -> Result<Vec<Solid>, Error> {
+        let input = |path: &Path| Input { name: None, path: path.to_path_buf(), placement: None };
+        let inputs: Vec<Input> = paths.iter().map(|path| input(path.as_ref())).collect();
+        let solids = settings.run(|monitor| load_all(&inputs, CLOSED, settings.memory(), monitor))?;
+        Ok(solids.into_iter().map(Solid::from_inner).collect())
     }
 
     /// Returns the solid of a mesh, its triangles counter-clockwise seen from outside. Equal positions are one vertex.

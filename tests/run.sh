@@ -126,14 +126,15 @@ run_reference() {
     .venv/bin/python tests/reference/clashes.py --program "$program" &&
     .venv/bin/python tests/reference/estimates.py --program "$program" --cases 200
 }
-# Pages of reports in a browser: one solid, several, two beside each other. The limits are kept, so that all exit with 0.
+# Pages in a browser: reports on one solid, on several and on two beside each other, a clash, a sweep. The limits are kept, so that all exit with 0.
 run_browser() {
   build_program && install_browser || return
   local pages
   pages=$(mktemp -d)
   make_pages "$pages" &&
     node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" report="$pages/hull/report.html" \
-      summary="$pages/many/index.html" comparison="$pages/two/compare.html" clash="$pages/clash/clash.html"
+      summary="$pages/many/index.html" comparison="$pages/two/compare.html" clash="$pages/clash/clash.html" \
+      sweep="$pages/sweep/index.html"
   local status=$?
   rm -r "$pages"
   return "$status"
@@ -146,6 +147,7 @@ make_pages() {
     "${report[@]}" "$models/bone.stl" --roi hull -o "$1/hull" >/dev/null &&
     "${report[@]}" "$models/bcc_lattice.stl" "$models/sphere.stl" "$models/primitive_sheet.stl" -o "$1/many" >/dev/null &&
     "${report[@]}" "$models/cubic_lattice.stl" --compare "$models/bcc_lattice.stl" -o "$1/two" >/dev/null &&
+    "$program" sweep data/sweep.toml --quiet -o "$1/sweep" >/dev/null &&
     make_clash_page "$1/clash"
 }
 # A page with findings, so that its command exits with 1.

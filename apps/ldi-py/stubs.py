@@ -33,6 +33,7 @@ from ._native import Solid as Solid
 from ._native import Volume as Volume
 from ._options import options as options
 from ._settings import Settings as Settings
+from ._sweep import read_sweep as read_sweep
 from ._sweep import sweep as sweep
 
 __version__: str

@@ -1,6 +1,6 @@
 //! The geometry of clashes: which bodies come near one another, how far apart they are, and where they overlap.
 //!
-//! [`near_pairs`] compares boxes; [`nearest`] finds the distance of two surfaces, through hierarchies of boxes, and 0
+//! [`near_pairs`] compares boxes, and [`tiles`] groups the pairs by place; [`nearest`] finds the distance of two surfaces, through hierarchies of boxes, and 0
 //! where triangles meet by exact signs; [`Body::contains`] tells which body holds which shell where no triangles meet;
 //! [`region`] finds the box of an overlap and the largest ball in it. Volumes are for the driver.
 
@@ -11,12 +11,14 @@ mod pairs;
 mod real;
 #[cfg(test)]
 mod tests;
+mod tiles;
 mod triangles;
 
 pub use body::Body;
 pub use nearest::nearest;
 pub use overlap::{Region, region};
 pub use pairs::near_pairs;
+pub use tiles::tiles;
 
 /// Returns the bytes that a body holds for each triangle of its mesh.
 pub fn bytes_of_triangle() -> f64 {

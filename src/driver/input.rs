@@ -1,5 +1,6 @@
 //! Reads, places and checks the inputs of a job.
 
+use std::fs;
 use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,7 +13,8 @@ use sha2::{Digest, Sha256};
 #[cfg(feature = "npz")]
 use super::image_file::ImageFile;
 use super::job::{Finish, Input, Openness};
-use super::{bytes, size, surface};
+use super::memory::{self, Cost, Limit};
+use super::{bytes, machine, size, surface};
 use crate::error::OpenMesh;
 use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
@@ -134,6 +136,12 @@ pub enum Sides {
     NotNeeded,
 }
 
+/// Returns the SHA-256 of bytes, in hexadecimal digits.
+#[cfg(feature = "report")]
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// A mesh file, not yet placed or checked.
 pub struct ReadMesh {
     /// The mesh, its unit and the notes of its reader.
@@ -159,7 +167,7 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
         }
     })?;
     #[cfg(feature = "report")]
-    let hash = || hashes.then(|| Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect());
+    let hash = || hashes.then(|| sha256(&bytes));
     #[cfg(not(feature = "report"))]
     let hash = || None;
     let parse = || match format {
@@ -247,18 +255,30 @@ fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> R
     }
     if let Some(common) = common {
         for solid in solids {
-            let own = solid.unit.replace(common).unwrap_or(common);
-            if own != common {
-                let (name, own_name, common_name) =
-                    (solid.name().to_string(), unit::suffix(Some(own), 1), unit::suffix(Some(common), 1));
-                map(solid, &DAffine3::from_scale(DVec3::splat(unit::factor(own, common))), requirements)?;
-                solid.volume = solid.mesh().signed_volume();
-                let message = format!("{name}: converted from{own_name} to{common_name}, the unit of the first file");
+            if let Some(own) = convert(solid, common, requirements)? {
+                let (own_name, common_name) = (unit::suffix(Some(own), 1), unit::suffix(Some(common), 1));
+                let message =
+                    format!("{}: converted from{own_name} to{common_name}, the unit of the first file", solid.name());
                 warnings.push(Warning::new("unit-converted", message));
             }
         }
     }
     Ok(warnings)
+}
+
+/// Converts a solid to a unit, and returns the unit that it had if that was another. A solid without a unit is taken to be in it.
+pub fn convert(
+    solid: &mut Solid,
+    unit: LengthUnit,
+    requirements: InputRequirements,
+) -> Result<Option<LengthUnit>, Error> {
+    let own = solid.unit.replace(unit).unwrap_or(unit);
+    if own == unit {
+        return Ok(None);
+    }
+    map(solid, &DAffine3::from_scale(DVec3::splat(unit::factor(own, unit))), requirements)?;
+    solid.volume = solid.mesh().signed_volume();
+    Ok(Some(own))
 }
 
 /// Most names that a warning lists.
@@ -278,6 +298,44 @@ fn solid(input: &Input, requirements: InputRequirements) -> Result<(Solid, Vec<W
     let mut warnings = std::mem::take(&mut solid.warnings);
     warnings.extend(check_rules(&solid, requirements)?);
     Ok((solid, warnings))
+}
+
+/// Bytes that a loaded part takes for each byte of its file, while the file is read: of packed formats and of others.
+const BYTES_OF_PACKED: f64 = 12.0;
+const BYTES_OF_OTHER: f64 = 3.0;
+
+/// Refuses parts whose meshes would not fit into memory.
+pub fn admit_files<'p>(paths: impl ExactSizeIterator<Item = &'p Path>, limit: Option<u64>) -> Result<(), Error> {
+    let bytes = |path: &Path| {
+        let length = fs::metadata(path).map_or(0, |data| data.len()) as f64;
+        let is_packed = matches!(Format::from_path(path), Ok(Format::ThreeMf));
+        length * if is_packed { BYTES_OF_PACKED } else { BYTES_OF_OTHER }
+    };
+    let count = paths.len();
+    let fixed = machine::held_memory() as f64 + paths.map(bytes).sum::<f64>();
+    let cost = Cost { fixed, ..Cost::default() };
+    let subject = format_args!("the meshes of {count} files");
+    memory::admit(&[cost], Limit::new(limit), subject, |_| "compare fewer parts at a time".to_owned())
+}
+
+/// Reads several inputs at the same time, as [`load`] reads one.
+pub fn load_all(
+    inputs: &[Input],
+    requirements: InputRequirements,
+    memory: Option<u64>,
+    progress: &Monitor,
+) -> Result<Vec<Solid>, Error> {
+    progress.stage("reading")?;
+    admit_files(inputs.iter().map(|input| input.path.as_path()), memory)?;
+    progress.expect(inputs.len())?;
+    let load = |input: &Input| {
+        let solid = load(input, requirements);
+        progress.step()?;
+        solid
+    };
+    // The error is that of the first input that has one, whichever is read first.
+    let loaded: Vec<Result<Solid, Error>> = inputs.par_iter().map(load).collect();
+    loaded.into_iter().collect()
 }
 
 /// Reads and places one input, and checks that it is closed.

@@ -73,22 +73,7 @@ pub struct Report {
 impl Report {
     /// Returns the builder of a report on a solid within its box.
     pub fn of(solid: &Solid) -> ReportBuilder {
-        ReportBuilder {
-            solid: solid.clone(),
-            region: None,
-            limits: None,
-            course: Course {
-                spacing: Settings::default().spacing(),
-                tortuosity_resolution: 128,
-                edges: BoundaryCondition::Border,
-                fill: crate::FillRule::EvenOdd,
-                build: DVec3::Z,
-                overhang_angle: 45.0,
-                kozeny: 5.0,
-                memory: None,
-                backend: crate::Backend::Auto,
-            },
-        }
+        ReportBuilder { solid: solid.clone(), region: None, limits: None, course: Course::default() }
     }
 
     /// Returns all metrics, in the order of the catalogue.
@@ -186,6 +171,18 @@ impl ReportBuilder {
         self
     }
 
+    /// Sets the course of the measurement, but for what the settings of [`measure`](ReportBuilder::measure) say.
+    pub(super) fn course(mut self, course: Course) -> Self {
+        self.course = course;
+        self
+    }
+
+    /// Leaves out the view of the solid, which no metric needs and which takes seconds.
+    pub fn without_view(mut self) -> Self {
+        self.course.is_drawn = false;
+        self
+    }
+
     /// Measures the solid.
     ///
     /// # Errors
@@ -193,6 +190,7 @@ impl ReportBuilder {
     /// cancels.
     pub fn measure(mut self, settings: &Settings) -> Result<Report, Error> {
         settings.check()?;
+        self.course.check(self.region.is_some()).map_err(Error::Usage)?;
         self.course.spacing = settings.spacing();
         if let Spacing::Tolerance(_) = self.course.spacing {
             return Err(Error::Usage("a report has no tolerance; set rays or a pitch".to_owned()));

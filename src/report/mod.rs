@@ -2,7 +2,8 @@
 //!
 //! `measure` (images, fields, metrics, named by [`id`]) → [`scaffold_report`] (all data, in world units) → `limits`, `write`
 //! (metrics.json, metrics.csv, methods.txt) and `page` (report.html). No step after the report computes, and no step before it
-//! formats. [`Report`] is the facade, [`files`] runs several solids. [`clash`] has the page and the tables of clashes.
+//! formats. [`Report`] is the facade, [`files`] runs several solids, [`sweep`] the designs of a plan. [`clash`] has the page and the tables of
+//! clashes.
 
 mod build;
 pub mod clash;
@@ -15,6 +16,7 @@ mod measure;
 mod page;
 mod quantity;
 pub mod scaffold_report;
+pub mod sweep;
 mod write;
 
 use std::path::PathBuf;
@@ -24,6 +26,7 @@ pub use build::{Limits, Report, ReportBuilder};
 use glam::DVec3;
 
 use crate::driver::job::{Backend, Input, Openness, Spacing};
+use crate::grid::RAYS_MAX;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::metrics::BoundaryCondition;
@@ -84,4 +87,43 @@ pub struct Settings {
     pub memory: Option<u64>,
     /// The device that samples.
     pub backend: Backend,
+    /// True if the solid is drawn for the page.
+    pub is_drawn: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            spacing: crate::Settings::default().spacing(),
+            tortuosity_resolution: 128,
+            edges: BoundaryCondition::Border,
+            fill: FillRule::EvenOdd,
+            build: DVec3::Z,
+            overhang_angle: 45.0,
+            kozeny: 5.0,
+            memory: None,
+            backend: Backend::Auto,
+            is_drawn: true,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks the ranges of all numbers, and that a region of interest goes with the boundary condition.
+    fn check(&self, has_region: bool) -> Result<(), String> {
+        let Settings { tortuosity_resolution, overhang_angle, kozeny, .. } = *self;
+        if has_region && self.edges == BoundaryCondition::Periodic {
+            return Err("periodic edges need a box that repeats, not a region; choose border or clip".to_owned());
+        }
+        if !(2..=RAYS_MAX).contains(&tortuosity_resolution) {
+            return Err(format!("the resolution of tortuosity is {tortuosity_resolution}, not 2 to {RAYS_MAX} rays"));
+        }
+        if !(0.0..=90.0).contains(&overhang_angle) {
+            return Err(format!("the overhang angle is {overhang_angle}, not 0 to 90 degrees"));
+        }
+        if !(kozeny.is_finite() && kozeny > 0.0) {
+            return Err(format!("the constant of Kozeny and Carman is {kozeny}, not a positive number"));
+        }
+        Ok(())
+    }
 }

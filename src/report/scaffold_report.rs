@@ -3,7 +3,7 @@
 //! All values are in world units (`unit` names the length, if it is known), positions in world coordinates. JSON is this
 //! structure without pictures.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::id::{Group, MetricId};
 use super::quantity::Unit;
@@ -89,7 +89,7 @@ pub struct Metric {
 }
 
 /// The status of a value: present, or the reason why not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// The value is measured.

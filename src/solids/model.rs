@@ -10,7 +10,9 @@ use super::{
     StrutLattice, StrutPattern, Surface, TorusKnot, TrabecularBone, Weave, chain, chain_mail, cuboid, cylinder, ell,
     geodesic, hollow_box, hyperboloid, sphere, star, torus,
 };
-use crate::mesh::TriangleMesh;
+use crate::length::Length;
+use crate::mesh::{LengthUnit, TriangleMesh};
+use crate::unit;
 
 /// A solid and its parameters, ready to be built.
 pub struct Model {
@@ -259,6 +261,20 @@ const KINDS: &[ModelKind] = &[
         number resolution = "38", "grid cells along the size";
     ]),
 ];
+
+impl ModelKind {
+    /// Returns the text of a parameter with lengths in millimetres: `0.4` of `400um`. Other texts are returned as they are.
+    pub fn in_millimetres(&self, name: &str, text: &str) -> String {
+        let is_length = self.parameters.iter().any(|parameter| parameter.name == name && parameter.is_length);
+        let one = |part: &str| match part.parse::<Length>() {
+            Ok(Length { value, unit: Some(unit) }) if is_length => {
+                unit::convert(value, unit, LengthUnit::Millimetre).to_string()
+            }
+            _ => part.to_owned(),
+        };
+        text.split(',').map(one).collect::<Vec<_>>().join(",")
+    }
+}
 
 impl Model {
     /// Returns all models in the order in which a help text should list them.

@@ -1,12 +1,12 @@
 // Opens pages of ldi-ops in a browser and says what is wrong with them.
-// usage: node check.mjs [--screenshots FOLDER] KIND=FILE …      KIND: report, summary, comparison or clash
+// usage: node check.mjs [--screenshots FOLDER] KIND=FILE …      KIND: report, summary, comparison, clash or sweep
 import { mkdir, access } from "node:fs/promises";
 import { basename, dirname, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { withBrowser } from "./browser.mjs";
 import { SECTIONS, findings } from "./checks.mjs";
 
-const USAGE = "usage: node check.mjs [--screenshots FOLDER] KIND=FILE …   KIND: report, summary, comparison or clash";
+const USAGE = "usage: node check.mjs [--screenshots FOLDER] KIND=FILE …   KIND: report, summary, comparison, clash or sweep";
 
 function parse(words) {
   const pages = [];

@@ -13,6 +13,7 @@ export const SECTIONS = {
   summary: ["solids"],
   comparison: ["designs", "metrics", "pictures", "curves"],
   clash: ["verdict", "matrix", "list", "pictures"],
+  sweep: ["front", "designs", "table"],
 };
 
 const SCHEMES = ["light", "dark"];
@@ -54,7 +55,7 @@ export async function findings(browser, { kind, url, name, folder }) {
   await withPage(browser, url, { viewport: { width: 1280, height: HEIGHT } }, async (page) => {
     note("structure", await page.evaluate(structure));
     note("numbers", await page.evaluate(oddNumbers));
-    if (["summary", "clash"].includes(kind)) note("sorting", await sorting(page));
+    if (["summary", "clash", "sweep"].includes(kind)) note("sorting", await sorting(page));
   });
   note("without scripts", await withoutScripts(browser, url, SECTIONS[kind]));
   note("print", await printed(browser, url, folder && join(folder, `${name}.pdf`)));

@@ -30,6 +30,7 @@ mod streams;
 mod sum_references;
 mod sums;
 mod surfaces;
+mod sweeps;
 mod threads;
 mod volumes;
 mod voxels;

@@ -7,6 +7,7 @@ mod memory;
 mod render;
 mod report;
 mod sum;
+mod sweep;
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -27,6 +28,7 @@ pub use self::memory::MemorySize;
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
 pub use self::report::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
 pub use self::sum::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
+pub use self::sweep::SweepArguments;
 use ldi_ops::driver::Bound;
 use ldi_ops::length::Length;
 use ldi_ops::placement::{Placement, PlacementError};
@@ -64,6 +66,7 @@ Examples:
   ldi-ops minkowski part.stl ball.stl -o sum.stl           sum of any two solids
   ldi-ops offset part.stl --distance -0.2 -o thin.stl      inwards by a true ball
   ldi-ops report scaffold.stl --unit mm -o report          pores, walls, percolation, topology
+  ldi-ops sweep plan.toml -o runs                          designs from parameters, one table
   ldi-ops sample part.stl --axis z -o part.npz             the image, for numpy
   ldi-ops volume part.stl --backend gpu                    on the first GPU of `ldi-ops devices`
   ldi-ops clash assembly.3mf --clearance 0.3mm -o clashes  overlaps and gaps of parts
@@ -124,6 +127,8 @@ pub enum Command {
     Generate(GenerateArguments),
     /// Metrics of scaffolds and their pores: a page, tables, and a paragraph about the methods
     Report(ReportArguments),
+    /// Metrics of many designs of a model solid: a table, and a page with the designs that no other dominates
+    Sweep(SweepArguments),
     /// Overlaps, contacts and clearances of parts and assemblies, with places; exit code 1 if a pair breaks a rule
     Clash(ClashArguments),
     /// Picture of solids, or of a slice through them, as .png

@@ -19,6 +19,7 @@ use ldi_ops::grid::Grid;
 use ldi_ops::mesh::check::{Defect, Severity};
 use ldi_ops::report::clash;
 use ldi_ops::report::files::Reported;
+use ldi_ops::report::sweep::Swept;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::unit;
 use ldi_ops::{Error, Warning};
@@ -43,6 +44,7 @@ fn of(outcome: &Outcome) -> Value {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result),
         Outcome::Reported(result) => reported(result),
+        Outcome::Swept(result) => swept(result),
         Outcome::Compared(result) => json!(clash::record(&result.clashes)),
         Outcome::Text(text) => json!(text),
     }
@@ -126,6 +128,22 @@ fn reported(result: &Reported) -> Value {
         (_, []) => json!({ "schema": SCHEMA, "command": "report", "results": objects }),
         (_, failures) => json!({ "schema": SCHEMA, "command": "report", "results": objects, "failures": failures }),
     }
+}
+
+fn swept(result: &Swept) -> Value {
+    let kept = result.rows.iter().filter(|row| row.passed == Some(true)).count();
+    json!({
+        "schema": SCHEMA,
+        "command": "sweep",
+        "title": result.title,
+        "designs": result.rows.len() + result.missing,
+        "measured": result.measured,
+        "missing": result.missing,
+        "failed": result.failed().count(),
+        "kept": kept,
+        "front": result.front.iter().map(|&i| &result.rows[i]).collect::<Vec<_>>(),
+        "written": result.written.iter().map(|file| path(file)).collect::<Vec<_>>(),
+    })
 }
 
 /// Returns the object of the results; `volume` lists those of all inputs, and that of a single input also at the top level.

@@ -19,6 +19,7 @@ use ldi_ops::number::{digits, number};
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
+use ldi_ops::report::sweep::Swept;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::surface::Apart;
 use ldi_ops::unit;
@@ -38,6 +39,7 @@ pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
         Outcome::Devices(result) => devices(result),
         Outcome::Rendered(result) => rendered(result, verbosity),
         Outcome::Reported(result) => reported(result),
+        Outcome::Swept(result) => swept(result),
         Outcome::Compared(result) => clash::of(result, verbosity),
         Outcome::Text(text) => text.clone(),
     }
@@ -84,6 +86,34 @@ fn reported(result: &Reported) -> String {
     }
     tables.push(table.text);
     tables.join("\n")
+}
+
+/// Returns the text of `sweep`.
+fn swept(result: &Swept) -> String {
+    let Swept { title, chosen, measured, rows, missing, front, written } = result;
+    let mut table = Table::default();
+    let part =
+        if *missing == 0 && rows.len() == *chosen { String::new() } else { format!(" of {chosen} of this part") };
+    table.line("sweep", format_args!("{title}; {measured} measured now{part}"));
+    let failed = result.failed().count();
+    if failed > 0 {
+        table.more(format_args!("{failed} failed"));
+    }
+    if *missing > 0 {
+        table.more(format_args!("{missing} of other parts are not measured yet: no table until then"));
+    }
+    if rows.iter().any(|row| row.passed.is_some()) {
+        let kept = rows.iter().filter(|row| row.passed == Some(true)).count();
+        table.line("limits", format_args!("{kept} of {} designs keep them", rows.len() - failed));
+    }
+    if *missing == 0 {
+        let plural = if front.len() == 1 { "" } else { "s" };
+        table.line("front", format_args!("{} design{plural} that no other dominates", front.len()));
+    }
+    for (i, path) in written.iter().enumerate() {
+        table.line(if i == 0 { "written" } else { "" }, path.display());
+    }
+    table.text
 }
 
 fn one_reported(report: &ScaffoldReport) -> String {

@@ -4,6 +4,7 @@ mod clash;
 mod render;
 mod report;
 mod sum;
+mod sweep;
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -25,9 +26,9 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::io::{Format, WriteError};
 use ldi_ops::placement::Placement;
 use ldi_ops::report::ReportJob;
+use ldi_ops::report::sweep::SweepJob;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::solids::Model;
-use ldi_ops::unit;
 use ldi_ops::voxels;
 
 use crate::args::{
@@ -68,6 +69,7 @@ pub enum Job {
     Sum(Command<SumJob>),
     Clash(Box<ClashCommand>),
     Report(Box<ReportJob>, Report),
+    Sweep(SweepJob, Report),
     Completions(Shell),
     /// The folder of the pages; `None` for the page of the program on stdout.
     Man(Option<PathBuf>),
@@ -202,6 +204,7 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
         Command::Render(a) => render::resolve(a),
         Command::Clash(a) => clash::resolve(a),
         Command::Report(a) => report::resolve(a, words),
+        Command::Sweep(a) => sweep::resolve(a),
         Command::Minkowski(a) => sum::minkowski(a),
         Command::Offset(a) => sum::offset(a),
         Command::Open(a) => sum::ball(SumOperation::Opening, a),
@@ -221,16 +224,7 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
 /// Returns a model; lengths are in millimetres or have units.
 fn model(arguments: &args::GenerateArguments) -> Result<Model, Error> {
     let kind = Model::kinds().iter().find(|kind| kind.name == arguments.kind);
-    let in_millimetres = |name: &str, text: &str| -> String {
-        let is_length = kind.is_some_and(|kind| kind.parameters.iter().any(|p| p.name == name && p.is_length));
-        let one = |part: &str| match part.parse::<Length>() {
-            Ok(Length { value, unit: Some(unit) }) if is_length => {
-                unit::convert(value, unit, LengthUnit::Millimetre).to_string()
-            }
-            _ => part.to_owned(),
-        };
-        text.split(',').map(one).collect::<Vec<_>>().join(",")
-    };
+    let in_millimetres = |name: &str, text: &str| kind.map_or(text.to_owned(), |kind| kind.in_millimetres(name, text));
     let texts: Vec<(&str, String)> =
         arguments.parameters.iter().map(|(name, text)| (*name, in_millimetres(name, text))).collect();
     let parameters: Vec<(&str, &str)> = texts.iter().map(|(name, text)| (*name, text.as_str())).collect();

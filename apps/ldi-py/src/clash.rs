@@ -4,45 +4,71 @@ use std::path::PathBuf;
 
 use ldi_ops::driver::clash::rules::Rules;
 use ldi_ops::driver::clash::{Pair, Relation};
-use ldi_ops::{Clash, FillRule, Monitor, report};
+use ldi_ops::{FillRule, Monitor, report};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::clash_plan::ClashPlan;
 use crate::error::{codes_and_messages, usage};
-use crate::keywords::{Call, fill_rule};
+use crate::keywords::{Call, fill_rule, parsed_unit};
 use crate::shape::Solid;
 
 /// The result of a comparison of parts: the pairs whose boxes come near one another, the worst first.
 #[pyclass(frozen, module = "ldi_ops")]
 pub struct Clashes {
-    clashes: ldi_ops::Clashes,
+    pub clashes: ldi_ops::Clashes,
+    pub fill: FillRule,
+}
+
+/// A comparison of named solids: which overlap, touch, or come nearer than a clearance. Those of other units are converted to
+/// `unit`, by default that of the first.
+#[pyclass(frozen, module = "ldi_ops._native")]
+pub struct Clash {
+    clash: ldi_ops::Clash,
     fill: FillRule,
 }
 
-/// Compares parts: which overlap, touch, or come nearer than a clearance.
-#[pyfunction]
-#[pyo3(signature = (parts, *, clearance=None, touching=None, allow_touching=false, ignore=Vec::new(), resolution=None, fill="even-odd"))]
-#[allow(clippy::too_many_arguments)]
-pub fn clash(
-    py: Python<'_>,
-    parts: Vec<(String, Py<Solid>)>,
-    clearance: Option<f64>,
-    touching: Option<f64>,
-    allow_touching: bool,
-    ignore: Vec<String>,
-    resolution: Option<u32>,
-    fill: &str,
-) -> PyResult<Clashes> {
-    let rule = fill_rule(py, fill)?;
-    let ignored: Result<Vec<_>, _> = ignore.iter().map(|pair| pair.parse()).collect();
-    let ignored = ignored.map_err(|error| usage(py, format!("ignore: {error}")))?;
-    let solids = parts.iter().map(|(name, solid)| (name.as_str(), &solid.get().solid));
-    let mut clash = Clash::of(solids).rules(Rules { allow_touching, max_volume: None, ignored });
-    clash = clearance.into_iter().fold(clash, Clash::clearance);
-    clash = touching.into_iter().fold(clash, Clash::touching);
-    clash = resolution.into_iter().fold(clash, Clash::rays);
-    let clashes = Call::new(py, None)?.run(py, |settings| clash.compare(&settings.clone().fill(rule)))?;
-    Ok(Clashes { clashes, fill: rule })
+#[pymethods]
+impl Clash {
+    #[new]
+    #[pyo3(signature = (parts, *, clearance=None, touching=None, allow_touching=false, ignore=Vec::new(), resolution=None, fill="even-odd", unit=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        parts: Vec<(String, Py<Solid>)>,
+        clearance: Option<f64>,
+        touching: Option<f64>,
+        allow_touching: bool,
+        ignore: Vec<String>,
+        resolution: Option<u32>,
+        fill: &str,
+        unit: Option<&str>,
+    ) -> PyResult<Clash> {
+        let ignored: Result<Vec<_>, _> = ignore.iter().map(|pair| pair.parse()).collect();
+        let ignored = ignored.map_err(|error| usage(py, format!("ignore: {error}")))?;
+        let unit = unit.map(|unit| parsed_unit(py, unit)).transpose()?;
+        let solids = parts.iter().map(|(name, solid)| (name.as_str(), &solid.get().solid));
+        let mut clash = ldi_ops::Clash::of(solids).rules(Rules { allow_touching, max_volume: None, ignored });
+        clash = clearance.into_iter().fold(clash, ldi_ops::Clash::clearance);
+        clash = touching.into_iter().fold(clash, ldi_ops::Clash::touching);
+        clash = resolution.into_iter().fold(clash, ldi_ops::Clash::rays);
+        clash = unit.into_iter().fold(clash, ldi_ops::Clash::unit);
+        Ok(Clash { clash, fill: fill_rule(py, fill)? })
+    }
+
+    /// Compares all near pairs.
+    fn compare(&self, py: Python<'_>) -> PyResult<Clashes> {
+        let clash = self.clash.clone();
+        let clashes = Call::new(py, None)?.run(py, |settings| clash.compare(&settings.clone().fill(self.fill)))?;
+        Ok(Clashes { clashes, fill: self.fill })
+    }
+
+    /// Finds the near pairs.
+    fn plan(&self, py: Python<'_>) -> PyResult<ClashPlan> {
+        let clash = self.clash.clone();
+        let plan = Call::new(py, None)?.run(py, |settings| clash.plan(&settings.clone().fill(self.fill)))?;
+        Ok(ClashPlan { plan, fill: self.fill })
+    }
 }
 
 impl Clashes {

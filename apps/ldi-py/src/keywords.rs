@@ -1,6 +1,6 @@
 //! Settings as keyword arguments, and the options of a `with` block.
 
-use ldi_ops::{Axes, Backend, FillRule, Mode, Settings};
+use ldi_ops::{Axes, Backend, FillRule, Mode, Settings, Unit};
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -124,6 +124,11 @@ fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> 
 /// Returns a fill rule by its name.
 pub fn fill_rule(py: Python<'_>, name: &str) -> PyResult<FillRule> {
     one_of(py, "fill", name, &[("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)])
+}
+
+/// Returns a unit of length by its name.
+pub fn parsed_unit(py: Python<'_>, name: &str) -> PyResult<Unit> {
+    ldi_ops::unit::parse(name).map_err(|message| usage(py, format!("unit='{name}': {message}")))
 }
 
 /// Returns the value of a word.

@@ -4,6 +4,7 @@
 //! other modules each wrap one noun of the library. What needs no Rust is in the Python files of the package.
 
 mod clash;
+mod clash_plan;
 mod error;
 mod image;
 mod keywords;
@@ -25,11 +26,13 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::clash::{Clashes, clash};
+    use super::clash::{Clash, Clashes};
+    #[pymodule_export]
+    use super::clash_plan::ClashPlan;
     #[pymodule_export]
     use super::image::Image;
     #[pymodule_export]
-    use super::metrics::{Metric, Metrics, catalogue};
+    use super::metrics::{Metric, Metrics, catalogue, sweep_page};
     #[pymodule_export]
     use super::shape::{Shape, Solid};
     #[pymodule_export]
@@ -43,10 +46,7 @@ mod _native {
     /// Returns the symbol of a unit: 'mm' for 'millimetres'.
     #[pyfunction]
     fn unit_symbol(py: Python<'_>, unit: &str) -> PyResult<&'static str> {
-        match ldi_ops::unit::parse(unit) {
-            Ok(unit) => Ok(unit.symbol()),
-            Err(message) => Err(super::error::usage(py, format!("unit='{unit}': {message}"))),
-        }
+        super::keywords::parsed_unit(py, unit).map(|unit| unit.symbol())
     }
 
     /// Runs the command line, the name of the program first, and returns its exit code.

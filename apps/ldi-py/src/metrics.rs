@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use ldi_ops::report::id;
 use ldi_ops::report::scaffold_report::{self, Status};
+use ldi_ops::report::sweep::row::Row;
+use ldi_ops::report::sweep::{self, Objective};
 use ldi_ops::{Limits, Report};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -31,12 +33,26 @@ pub fn catalogue(py: Python<'_>, unit: Option<&str>) -> PyResult<Vec<(&'static s
     Ok(id::all().map(|metric| (metric.id, metric.quantity.of(unit).to_string(), metric.name)).collect())
 }
 
-/// Returns the metrics of a shape.
+/// Returns the page on a sweep: its title, its rows as a JSON list, and what is better as a JSON object of metrics and 'max' or
+/// 'min'; large porosity and large thinnest wall if that is empty.
+#[pyfunction]
+pub fn sweep_page(py: Python<'_>, title: &str, rows: &str, pareto: &str) -> PyResult<String> {
+    let wrong = |error: serde_json::Error| usage(py, error.to_string());
+    let rows: Vec<Row> = serde_json::from_str(rows).map_err(wrong)?;
+    if let Some(other) = rows.iter().find(|row| !row.parameters.keys().eq(rows[0].parameters.keys())) {
+        return Err(usage(py, format!("the row {} has other parameters than the first", other.design)));
+    }
+    let words = serde_json::from_str(pareto).map_err(wrong)?;
+    let objectives = Objective::read(&words).map_err(|problem| usage(py, problem))?;
+    Ok(py.detach(|| sweep::html(title, &rows, &objectives)))
+}
+
+/// Returns the metrics of a shape, within a region and against limits, with its view if the page shall have one.
 pub fn measured(
     py: Python<'_>,
     shape: &Shape,
-    region: Option<&Bound<'_, PyAny>>,
-    limits: Option<&Bound<'_, PyAny>>,
+    [region, limits]: [Option<&Bound<'_, PyAny>>; 2],
+    view: bool,
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Metrics> {
     let limits = limits.map(|limits| read_limits(py, limits)).transpose()?;
@@ -50,6 +66,9 @@ pub fn measured(
         };
         if let Some(limits) = &limits {
             builder = builder.limits(limits);
+        }
+        if !view {
+            builder = builder.without_view();
         }
         builder.measure(settings)
     });

@@ -13,7 +13,7 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::error::{codes_and_messages, usage};
 use crate::image::{Image, borrowed, dense};
-use crate::keywords::Call;
+use crate::keywords::{Call, parsed_unit};
 use crate::metrics::{Metrics, measured};
 use crate::volume::Volume;
 
@@ -192,16 +192,18 @@ impl Shape {
 
     /// The metrics of the shape as a scaffold, within its box, or within a region: a shape, or 'hull' for the convex hull.
     ///
-    /// `limits` is a TOML file, or a dict such as {'porosity': {'min': '50 %'}}.
-    #[pyo3(signature = (region=None, limits=None, **settings))]
+    /// `limits` is a TOML file, or a dict such as {'porosity': {'min': '50 %'}}. `view=False` leaves out the picture of the solid
+    /// in the page of `Metrics.save`, which takes seconds.
+    #[pyo3(signature = (region=None, limits=None, view=true, **settings))]
     fn metrics(
         &self,
         py: Python<'_>,
         region: Option<&Bound<'_, PyAny>>,
         limits: Option<&Bound<'_, PyAny>>,
+        view: bool,
         settings: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Metrics> {
-        measured(py, self, region, limits, settings)
+        measured(py, self, [region, limits], view, settings)
     }
 
     /// The local thickness at each voxel, in units of length: the diameter of the largest ball in the shape that covers it, and 0
@@ -297,6 +299,13 @@ impl Solid {
         Solid::new(py, solid)
     }
 
+    /// Reads several files at the same time, as `open` reads one.
+    #[staticmethod]
+    fn open_all(py: Python<'_>, paths: Vec<PathBuf>) -> PyResult<Vec<Py<Solid>>> {
+        let solids = Call::new(py, None)?.run(py, |settings| ldi_ops::Solid::open_all(&paths, settings))?;
+        solids.into_iter().map(|solid| Solid::new(py, solid)).collect()
+    }
+
     /// Takes vertices, float64 (n, 3), and faces, int64 (m, 3).
     #[staticmethod]
     fn from_arrays(
@@ -342,8 +351,7 @@ impl Solid {
 
     /// The same coordinates in a unit: mm, um, cm, m, in, ft. A unit that the file states takes precedence.
     fn with_unit(&self, py: Python<'_>, unit: &str) -> PyResult<Py<Solid>> {
-        let unit = ldi_ops::unit::parse(unit).map_err(|message| usage(py, format!("unit='{unit}': {message}")))?;
-        Solid::new(py, self.solid.clone().unit(unit))
+        Solid::new(py, self.solid.clone().unit(parsed_unit(py, unit)?))
     }
 
     /// The solid placed by an affine map, a matrix of 4 × 4 or 3 × 4 for column vectors.

@@ -1,23 +1,32 @@
-//! The comparison of two parts.
+//! The comparison of pairs of parts.
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
+
 use super::overlap::{Found, Room, overlap};
+use super::plan::ComparedPair;
 use super::{Common, Part, Relation, Settings};
-use crate::clash::{Body, Region, nearest, region};
+use crate::clash::{Body, Region, bytes_of_triangle, nearest, region};
 use crate::driver::fill::FillDifference;
+use crate::driver::machine;
+use crate::driver::memory::{self, Cost, Limit};
 use crate::mesh::{Aabb, TriangleMesh};
+use crate::progress::Monitor;
 use crate::{Error, Warning};
 
 /// The parts and what they are compared by.
 pub struct Comparison<'c> {
-    pub parts: &'c [Part],
-    pub bodies: &'c [Body<'c>],
+    parts: &'c [Part],
+    /// The pairs to compare.
+    pairs: &'c [[usize; 2]],
+    /// The hierarchies of the parts of these pairs.
+    bodies: Vec<Option<Body<'c>>>,
     /// The largest gap or depth that counts as touching, if one was given.
-    pub touching: Option<f64>,
-    pub settings: &'c Settings,
+    touching: Option<f64>,
+    settings: &'c Settings,
     /// The warning of each part whose fill rules matter, found when it is first needed.
-    pub fill_warnings: Vec<OnceLock<Option<Warning>>>,
+    fill_warnings: Vec<OnceLock<Option<Warning>>>,
 }
 
 /// The rounding of a coordinate, as a share of the largest: two units in the last place of a 32-bit number, once for each
@@ -30,11 +39,59 @@ pub fn rounding(boxes: &[Aabb]) -> f64 {
     ROUNDING * largest
 }
 
-impl Comparison<'_> {
+impl<'c> Comparison<'c> {
+    /// Builds the hierarchies of the parts of some pairs.
+    ///
+    /// # Errors
+    /// Parts whose hierarchies would not fit into memory.
+    pub fn new(
+        parts: &'c [Part],
+        pairs: &'c [[usize; 2]],
+        touching: Option<f64>,
+        settings: &'c Settings,
+        progress: &Monitor,
+    ) -> Result<Comparison<'c>, Error> {
+        let mut is_compared = vec![false; parts.len()];
+        pairs.iter().flatten().for_each(|&part| is_compared[part] = true);
+        let compared: Vec<Option<&Part>> =
+            parts.iter().zip(is_compared).map(|(part, is_compared)| is_compared.then_some(part)).collect();
+        let count = admit(compared.iter().flatten().copied(), settings.memory)?;
+        progress.stage(format!("hierarchies of {count} parts"))?;
+        let body = |part: &Option<&'c Part>| part.map(|part| Body::new(part.solid.mesh(), settings.fill));
+        let bodies = compared.par_iter().map(body).collect();
+        let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
+        Ok(Comparison { parts, pairs, bodies, touching, settings, fill_warnings })
+    }
+
+    /// Compares the pairs.
+    ///
+    /// # Errors
+    /// Parts that no lattice holds.
+    pub fn run(&self, progress: &Monitor) -> Result<Vec<ComparedPair>, Error> {
+        progress.stage(format!("comparing {} pairs", self.pairs.len()))?;
+        progress.expect(self.pairs.len())?;
+        let room = Room { held: machine::held_memory(), limit: Limit::new(self.settings.memory), beside: 0 };
+        let compare = |parts: [usize; 2], beside: usize| -> Result<Option<ComparedPair>, Error> {
+            let Some((relation, warnings)) = self.relation(parts, Room { beside, ..room })? else {
+                return Ok(None);
+            };
+            progress.step()?;
+            Ok(Some(ComparedPair::new(parts, relation, warnings)))
+        };
+        let others = rayon::current_num_threads().min(self.pairs.len()).saturating_sub(1);
+        let at_once = self.pairs.par_iter().map(|&pair| compare(pair, others)).collect::<Result<Vec<_>, Error>>()?;
+        // Pairs too large to be compared beside others follow one after another.
+        let alone = |(found, &pair)| match found {
+            Some(found) => Ok(found),
+            None => compare(pair, 0).map(|found| found.expect("a pair alone is compared")),
+        };
+        at_once.into_iter().zip(self.pairs).map(alone).collect()
+    }
+
     /// Returns how two parts lie to one another, and warnings about their overlap; `None` if the common volume might not fit while
     /// other pairs that take as much memory are compared.
-    pub fn relation(&self, [i, j]: [usize; 2], room: Room) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
-        let (a, b) = (&self.bodies[i], &self.bodies[j]);
+    fn relation(&self, [i, j]: [usize; 2], room: Room) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
+        let [a, b] = [i, j].map(|part| self.bodies[part].as_ref().expect("the parts of the pairs have hierarchies"));
         let solids = [&self.parts[i].solid, &self.parts[j].solid];
         let tolerance = self.touching.unwrap_or_else(|| rounding(&solids.map(|solid| solid.bounds())));
         let found = nearest(a, b);
@@ -64,9 +121,7 @@ impl Comparison<'_> {
         let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
         Ok(Some((Relation::Overlapping(common), warnings)))
     }
-}
 
-impl Comparison<'_> {
     /// Returns the warning of a part whose volume depends on the fill rule.
     fn fill_warning(&self, part: usize) -> Result<Option<Warning>, Error> {
         let (cell, solid) = (&self.fill_warnings[part], &self.parts[part].solid);
@@ -77,6 +132,17 @@ impl Comparison<'_> {
         let warning = difference.and_then(|difference| difference.warning(solid, self.settings.fill));
         Ok(cell.get_or_init(|| warning).clone())
     }
+}
+
+/// Refuses parts whose hierarchies would not fit into memory, and returns the number of parts.
+fn admit<'p>(parts: impl Iterator<Item = &'p Part>, limit: Option<u64>) -> Result<usize, Error> {
+    let (count, triangles) =
+        parts.fold((0, 0), |(count, sum), part| (count + 1, sum + part.solid.mesh().triangles.len()));
+    let fixed = machine::held_memory() as f64 + bytes_of_triangle() * triangles as f64;
+    let cost = Cost { fixed, ..Cost::default() };
+    let subject = format_args!("the {triangles} triangles of {count} parts");
+    memory::admit(&[cost], Limit::new(limit), subject, |_| "compare fewer parts at a time".to_owned())?;
+    Ok(count)
 }
 
 /// The shells of bodies whose surfaces do not meet that lie in the other body.

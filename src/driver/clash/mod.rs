@@ -1,7 +1,7 @@
 //! `clash`: the parts of an assembly that overlap, touch or come too near.
 //!
-//! `parts` reads files, folders and assemblies; [`rules`] says which pairs are compared and what is a finding; `compare`
-//! classifies a pair by the geometry of `crate::clash`; `overlap` measures the volume that two parts share.
+//! `parts` reads files, folders and assemblies; `plan` finds the pairs to compare, by the [`rules`], and joins what is found of
+//! them; `compare` classifies pairs by the geometry of `crate::clash`; `overlap` measures the volume that two parts share.
 
 #[cfg(feature = "report")]
 mod assembly;
@@ -9,31 +9,26 @@ mod build;
 mod compare;
 mod overlap;
 mod parts;
+mod plan;
 pub mod rules;
 
 use std::path::PathBuf;
-use std::sync::OnceLock;
 use std::time::Instant;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::input::{InputRequirements, Sides, Solid};
 use super::job::Openness;
-use super::memory::{self, Cost, Limit};
-use super::{machine, raster};
-use crate::clash::{self, Body};
 use crate::length::Length;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
 use crate::sampler::FillRule;
 use crate::{Error, Warning};
-use compare::Comparison;
-use overlap::Room;
 use rules::{Finding, Rules};
 
 pub use build::Clash;
 pub use overlap::{Overlap, OverlapMethod};
+pub use plan::{ClashPlan, ComparedPair};
 
 /// Comparison of the parts of an assembly.
 #[derive(Clone, Debug)]
@@ -213,90 +208,8 @@ impl Clashes {
 pub fn clash_files(job: &ClashJob, start: Instant, progress: &Monitor) -> Result<Clashes, Error> {
     progress.stage("reading")?;
     let (parts, warnings) = parts::read(job, progress)?;
-    let read = start.elapsed().as_secs_f64();
-    progress.detail(format_args!("read {} parts in {read:.4} s", parts.len()));
-    let mut clashes = compare_parts(parts, &job.settings, progress)?;
-    clashes.warnings.splice(0..0, warnings);
-    clashes.seconds.read = read;
-    clashes.seconds.total = start.elapsed().as_secs_f64();
-    Ok(clashes)
-}
-
-/// Compares parts.
-///
-/// # Errors
-/// Fewer than two parts, open meshes, lengths in a unit that the parts do not have, and parts that would not fit into memory.
-pub fn compare_parts(parts: Vec<Part>, settings: &Settings, progress: &Monitor) -> Result<Clashes, Error> {
-    if parts.len() < 2 {
-        let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
-        return Err(Error::input(format!(
-            "{}: one part alone clashes with nothing; name two files, a folder or an assembly of several parts",
-            names.join(", ")
-        )));
-    }
-    if let Some(open) = parts.iter().find(|part| !part.solid.is_closed()) {
-        return Err(Error::input(format!("{}: the mesh is not closed, so it bounds no solid", open.name)));
-    }
-    let unit = parts[0].solid.unit;
-    let limits = settings.rules.limits(settings.clearance, unit)?;
-    let touching = settings.touching.map(|length| length.in_unit(unit, "--touching")).transpose()?;
-    let names: Vec<&str> = parts.iter().map(|part| part.name.as_str()).collect();
-    let (ignored, mut distinct) = settings.rules.ignored(&names)?;
-    admit(&parts, settings.memory)?;
-
-    let preparing = Instant::now();
-    progress.stage(format!("hierarchies of {} parts", parts.len()))?;
-    let bodies: Vec<Body> = parts.par_iter().map(|part| Body::new(part.solid.mesh(), settings.fill)).collect();
-    let boxes: Vec<Aabb> = parts.iter().map(|part| part.solid.bounds()).collect();
-    let reach = limits.clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
-    let near = clash::near_pairs(&boxes, reach);
-    let (left_out, compared): (Vec<_>, Vec<_>) = near.into_iter().partition(|&pair| ignored.contains(pair));
-    let prepare = preparing.elapsed().as_secs_f64();
-    progress.detail(format_args!("{} near pairs, {} of them ignored", compared.len() + left_out.len(), left_out.len()));
-
-    let comparing = Instant::now();
-    progress.stage(format!("comparing {} pairs", compared.len()))?;
-    progress.expect(compared.len())?;
-    let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
-    let comparison = Comparison { parts: &parts, bodies: &bodies, touching, settings, fill_warnings };
-    let room = Room { held: machine::held_memory(), limit: Limit::new(settings.memory), beside: 0 };
-    let compare = |indices: [usize; 2], beside: usize| -> Result<Option<(Pair, Vec<Warning>)>, Error> {
-        let Some((relation, warnings)) = comparison.relation(indices, Room { beside, ..room })? else {
-            return Ok(None);
-        };
-        progress.step()?;
-        let finding = limits.finding(&relation);
-        Ok(Some((Pair { parts: indices, relation, finding }, warnings)))
-    };
-    let others = rayon::current_num_threads().min(compared.len()).saturating_sub(1);
-    let at_once = compared.par_iter().map(|&indices| compare(indices, others)).collect::<Result<Vec<_>, Error>>()?;
-    // Pairs too large to be compared beside others follow one after another.
-    let alone = |(found, &indices)| match found {
-        Some(found) => Ok(found),
-        None => compare(indices, 0).map(|found| found.expect("a pair alone is compared")),
-    };
-    let compared = at_once.into_iter().zip(&compared).map(alone).collect::<Result<Vec<_>, Error>>()?;
-    let (mut pairs, warnings): (Vec<Pair>, Vec<Vec<Warning>>) = compared.into_iter().unzip();
-    pairs.sort_by(rules::by_severity);
-    for warning in warnings.into_iter().flatten() {
-        if !distinct.contains(&warning) {
-            distinct.push(warning);
-        }
-    }
-    drop(bodies);
-    let compare = comparing.elapsed().as_secs_f64();
-    let seconds = ClashSeconds { prepare, compare, ..ClashSeconds::default() };
-    let clearance = limits.clearance;
-    Ok(Clashes { parts, unit, clearance, pairs, ignored: left_out.len(), seconds, warnings: distinct })
-}
-
-/// Refuses parts whose hierarchies would not fit into memory.
-fn admit(parts: &[Part], limit: Option<u64>) -> Result<(), Error> {
-    let triangles: usize = parts.iter().map(|part| part.solid.mesh().triangles.len()).sum();
-    let fixed = machine::held_memory() as f64 + clash::bytes_of_triangle() * triangles as f64;
-    let cost = Cost { fixed, ..Cost::default() };
-    let subject = format_args!("the {triangles} triangles of {} parts", parts.len());
-    memory::admit(&[cost], Limit::new(limit), subject, |_| "compare fewer parts at a time".to_owned())
+    progress.detail(format_args!("read {} parts in {:.4} s", parts.len(), start.elapsed().as_secs_f64()));
+    ClashPlan::new(parts, warnings, job.settings.clone(), start)?.compare_all(progress)
 }
 
 /// Returns the requirements on the parts of a job.

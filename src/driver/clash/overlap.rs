@@ -1,6 +1,6 @@
 //! The volume that two parts share.
 
-use super::{Settings, raster};
+use super::Settings;
 use crate::boolean::{BooleanOperation, Expression};
 use crate::driver::backend::Backends;
 use crate::driver::certainty::Certainty;
@@ -9,6 +9,7 @@ use crate::driver::input::Solid;
 use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, VolumeMethod, Wording};
 use crate::driver::measure::measure;
 use crate::driver::memory::{self, Limit};
+use crate::driver::raster;
 use crate::exact;
 use crate::grid::Axis;
 use crate::length::Length;

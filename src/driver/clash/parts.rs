@@ -8,9 +8,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::{ClashJob, Part};
+use crate::driver::bytes;
 use crate::driver::input::{self, InputRequirements, Solid};
-use crate::driver::memory::{self, Cost, Limit};
-use crate::driver::{bytes, machine};
 use crate::mesh::io::{self, Format, NamedMesh, PartsFile, ReadError, ReadNote};
 use crate::placement::Placement;
 use crate::progress::Monitor;
@@ -27,7 +26,7 @@ pub struct Source {
 /// Reads the parts of a job, and brings them to one unit.
 pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warning>), Error> {
     let sources = sources(job)?;
-    admit(&sources, job.settings.memory)?;
+    input::admit_files(sources.iter().map(|source| source.path.as_path()), job.settings.memory)?;
     let requirements = super::requirements(job.unit, job.settings.fill);
     progress.expect(sources.len())?;
     let names = names_of_files(&sources);
@@ -78,23 +77,6 @@ fn sources(job: &ClashJob) -> Result<Vec<Source>, Error> {
         )));
     }
     Ok(sources)
-}
-
-/// Bytes that a loaded part takes for each byte of its file, while the file is read: of packed formats and of others.
-const BYTES_OF_PACKED: f64 = 12.0;
-const BYTES_OF_OTHER: f64 = 3.0;
-
-/// Refuses files whose meshes would not fit into memory.
-fn admit(sources: &[Source], limit: Option<u64>) -> Result<(), Error> {
-    let bytes = |source: &Source| {
-        let length = fs::metadata(&source.path).map_or(0, |data| data.len()) as f64;
-        let is_packed = matches!(Format::from_path(&source.path), Ok(Format::ThreeMf));
-        length * if is_packed { BYTES_OF_PACKED } else { BYTES_OF_OTHER }
-    };
-    let fixed = machine::held_memory() as f64 + sources.iter().map(bytes).sum::<f64>();
-    let cost = Cost { fixed, ..Cost::default() };
-    let subject = format_args!("the meshes of {} files", sources.len());
-    memory::admit(&[cost], Limit::new(limit), subject, |_| "compare fewer parts at a time".to_owned())
 }
 
 /// Returns the name of each source: that of its file, or its path if other files have that name.

@@ -1,9 +1,10 @@
 //! clash.csv: a line for each near pair, following RFC 4180.
 
-use ::csv::{Terminator, WriterBuilder};
+use ::csv::WriterBuilder;
 use serde::Serialize;
 
 use crate::driver::clash::{Clashes, Pair, Relation};
+use crate::report::write::table;
 use crate::unit;
 
 /// A line; its fields name the columns.
@@ -27,16 +28,10 @@ struct Line<'c> {
 /// Returns the table of the near pairs, the worst first. Volumes are in cubic units of the lengths; x, y and z are the place of
 /// the finding, the middle of the nearest points where the parts are separate.
 pub fn csv(clashes: &Clashes) -> String {
-    let write = || -> Result<Vec<u8>, ::csv::Error> {
-        let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).has_headers(false).from_writer(Vec::new());
+    table(WriterBuilder::new().has_headers(false), |writer| {
         writer.write_record(COLUMNS)?;
-        for pair in &clashes.pairs {
-            writer.serialize(line(clashes, pair))?;
-        }
-        writer.into_inner().map_err(|error| error.into_error().into())
-    };
-    let table = write().expect("memory takes all that is written, and all lines have the same fields");
-    String::from_utf8(table).expect("what was written was text")
+        clashes.pairs.iter().try_for_each(|pair| writer.serialize(line(clashes, pair)))
+    })
 }
 
 /// The header, which stands in tables without lines too.

@@ -130,7 +130,7 @@ impl Limits {
         let mut limits: Vec<LimitVerdict> = Vec::new();
         let mut seen: Vec<(&str, usize)> = Vec::new();
         for limit in &self.limits {
-            let metric = find(&limit.key, metrics).map_err(|problem| fault(limit.line, problem))?;
+            let metric = metric_named(&limit.key, metrics).map_err(|problem| fault(limit.line, problem))?;
             if let Some(&(_, before)) = seen.iter().find(|(id, _)| *id == metric.id) {
                 let key = limit.key.clone();
                 return Err(fault(limit.line, Problem::Twice { key, id: metric.id, before }));
@@ -197,7 +197,10 @@ fn amount_of(value: &Spanned<DeValue>) -> Result<Amount, AmountError> {
 }
 
 /// Returns the metric that a key names.
-fn find<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
+///
+/// # Errors
+/// A key that names none; the error has the nearest names.
+pub fn metric_named<'s>(key: &str, metrics: &'s [Metric]) -> Result<&'s Metric, Problem> {
     let called = |id: &str| metrics.iter().find(|metric| metric.id == id);
     let id = ALIASES.iter().find(|(alias, _)| alias.eq_ignore_ascii_case(key)).map_or(key, |(_, id)| id.id);
     called(id).ok_or_else(|| {

@@ -129,7 +129,8 @@ pub fn measure(
     stage("tortuosity")?;
     clock.time("tortuosity", || transport::measure(&study, sampler, progress, &mut record))?;
     stage("pictures")?;
-    let view = clock.time("pictures", || view::view(subject, settings.fill, sampler))?;
+    let draw = || settings.is_drawn.then(|| view::view(subject, settings.fill, sampler)).transpose();
+    let view = clock.time("pictures", draw)?;
     progress.step()?;
 
     let convergence = vec![over_pitch, growth.finished()];
@@ -142,7 +143,7 @@ pub fn measure(
         anisotropy: drawn.anisotropy,
         convergence,
         alerts,
-        pictures: Pictures { view: Some(view), slices: slices.into_iter().map(SliceMaker::finished).collect() },
+        pictures: Pictures { view, slices: slices.into_iter().map(SliceMaker::finished).collect() },
         ..ScaffoldReport::default()
     })
 }

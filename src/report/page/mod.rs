@@ -6,7 +6,7 @@
 
 mod colour;
 pub mod compare;
-mod plot;
+pub mod plot;
 mod report;
 mod slices;
 pub mod summary;

@@ -1,9 +1,10 @@
 //! metrics.csv: a line for each metric of each solid, following RFC 4180.
 
-use csv::{Terminator, WriterBuilder};
+use csv::WriterBuilder;
 use serde::Serialize;
 
 use crate::report::scaffold_report::{Metric, ScaffoldReport, Status};
+use crate::report::write::table;
 
 /// A line; its fields name the columns.
 #[derive(Serialize)]
@@ -25,17 +26,10 @@ struct Line<'s> {
 
 /// Returns the table of the metrics of all reports; a cell is empty if there is no finite number.
 pub fn csv(reports: &[&ScaffoldReport]) -> String {
-    let write = || -> Result<Vec<u8>, csv::Error> {
-        let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
-        for report in reports {
-            for metric in &report.metrics {
-                writer.serialize(line(report, metric))?;
-            }
-        }
-        writer.into_inner().map_err(|error| error.into_error().into())
-    };
-    let table = write().expect("memory takes all that is written, and all lines have the same fields");
-    String::from_utf8(table).expect("what was written was text")
+    table(&mut WriterBuilder::new(), |writer| {
+        let mut metrics = reports.iter().flat_map(|report| report.metrics.iter().map(|metric| line(report, metric)));
+        metrics.try_for_each(|line| writer.serialize(line))
+    })
 }
 
 fn line<'s>(report: &'s ScaffoldReport, metric: &'s Metric) -> Line<'s> {

@@ -1,13 +1,11 @@
 //! designs.csv: a row for each design and a column for each metric, for spreadsheets.
 
-use csv::{Terminator, WriterBuilder};
+use csv::WriterBuilder;
 
 use crate::mesh::LengthUnit;
 use crate::report::page::summary::Unmeasured;
 use crate::report::scaffold_report::{Metric, ScaffoldReport};
-
-/// The mark by which spreadsheets recognise UTF-8.
-const BYTE_ORDER_MARK: &str = "\u{feff}";
+use crate::report::write::{BYTE_ORDER_MARK, table};
 
 /// Returns the table; a cell is empty if there is no finite number. Lengths are in the unit of the first design if every design
 /// has one; otherwise in that of each design, which the second column names.
@@ -30,8 +28,7 @@ pub fn designs(reports: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
         let factor = common.and_then(|unit| metric.unit.factor_to(&metric.unit.quantity.of(Some(unit)))).unwrap_or(1.0);
         metric.value.map(|value| value * factor).filter(|value| value.is_finite()).map(|value| value.to_string())
     };
-    let write = || -> Result<Vec<u8>, csv::Error> {
-        let mut writer = WriterBuilder::new().terminator(Terminator::CRLF).from_writer(Vec::new());
+    let rows = table(&mut WriterBuilder::new(), |writer| {
         let first = ["design", "length unit", "limits", "not measured because"].map(str::to_owned);
         writer.write_record(first.into_iter().chain(metrics.iter().map(header)))?;
         for report in reports {
@@ -45,10 +42,9 @@ pub fn designs(reports: &[&ScaffoldReport], failures: &[Unmeasured]) -> String {
             let first = [path.as_str(), "", "", message.as_str()].map(str::to_owned);
             writer.write_record(first.into_iter().chain(metrics.iter().map(|_| String::new())))?;
         }
-        writer.into_inner().map_err(|error| error.into_error().into())
-    };
-    let table = write().expect("memory takes all that is written, and all rows have the same fields");
-    BYTE_ORDER_MARK.to_owned() + &String::from_utf8(table).expect("what was written was text")
+        Ok(())
+    });
+    BYTE_ORDER_MARK.to_owned() + &rows
 }
 
 #[cfg(test)]

@@ -65,6 +65,7 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         kozeny,
         memory,
         backend,
+        is_drawn: true,
     };
     let placed = |path, placement| Input { name: None, path, placement };
     let roi = roi.map(|roi| self::roi(&roi, transform_roi)).transpose()?;

@@ -9,6 +9,7 @@ use ldi_ops::mesh::io;
 use ldi_ops::report::Roi;
 use ldi_ops::report::clash;
 use ldi_ops::report::files;
+use ldi_ops::report::sweep;
 
 use crate::output::{Identity, identity};
 use crate::resolve::{Job, Report};
@@ -59,6 +60,7 @@ fn files_read(job: &Job) -> Vec<&Path> {
             let inputs = command.job.inputs.iter().filter(|path| !path.is_dir());
             inputs.chain(&command.job.assembly).map(PathBuf::as_path).collect()
         }
+        Job::Sweep(job, _) => vec![&job.plan],
         Job::Generate(_) | Job::Devices(_) | Job::Completions(_) | Job::Man(_) => Vec::new(),
     }
 }
@@ -78,7 +80,7 @@ fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
         Job::Render(job) => (Some(&job.job.to), &job.report),
         Job::Check(job) => (None, &job.report),
         Job::Devices(job) => (None, &job.report),
-        Job::Report(_, report) => (None, report),
+        Job::Report(_, report) | Job::Sweep(_, report) => (None, report),
         Job::Clash(command) => (None, &command.report),
         Job::Completions(_) | Job::Man(_) => (None, &Report::Text),
     };
@@ -91,6 +93,10 @@ fn files_written(job: &Job) -> Vec<(String, PathBuf)> {
         files.extend(command.csv.iter().map(|path| (format!("--csv {}", path.display()), path.clone())));
         let of_clash = |path: PathBuf| (format!("{}, a file of the comparison,", path.display()), path);
         files.extend(command.folder.iter().flat_map(|folder| clash::files(folder)).map(of_clash));
+    }
+    if let Job::Sweep(job, _) = job {
+        let of_sweep = |path: PathBuf| (format!("{}, a file of the sweep,", path.display()), path);
+        files.extend(sweep::files(&job.folder).into_iter().map(of_sweep));
     }
     if let Job::Report(job, _) = job {
         let of_report = |path: PathBuf| (format!("{}, a file of the report,", path.display()), path);

@@ -12,6 +12,7 @@ mod measure;
 mod render;
 mod report;
 mod sum;
+mod sweep;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -20,6 +21,7 @@ use ldi_ops::driver::measured::Measured;
 use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::surface::SurfaceReport;
 use ldi_ops::report::files::Reported;
+use ldi_ops::report::sweep::Swept;
 use ldi_ops::{Error, Warning};
 
 use crate::exit::Exit;
@@ -52,6 +54,7 @@ pub enum Outcome {
     Devices(Devices),
     Rendered(Box<Rendered>),
     Reported(Reported),
+    Swept(Swept),
     Compared(Box<Compared>),
     /// Text that is the result itself.
     Text(String),
@@ -115,6 +118,7 @@ pub fn run(invocation: Invocation, start: Instant) -> Result<Finished, Error> {
         Job::Sum(job) => sum::run(&job, start, &progress),
         Job::Clash(job) => clash::run(&job, start, &progress),
         Job::Report(job, report) => report::run(&job, &report, &progress),
+        Job::Sweep(job, report) => sweep::run(&job, &report, &progress),
         Job::Completions(shell) => Ok(manual::completions(shell)),
         Job::Man(folder) => manual::man(folder.as_deref()),
     }

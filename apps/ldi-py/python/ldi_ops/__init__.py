@@ -20,7 +20,7 @@ from ._native import VERSION as __version__
 from ._native import Clashes, Image, Metric, Metrics, Shape, Solid, Volume
 from ._options import options
 from ._settings import Settings
-from ._sweep import sweep
+from ._sweep import read_sweep, sweep
 
 _Mapping.register(Metrics)
 globals().update(_solids.FUNCTIONS)
@@ -44,6 +44,7 @@ __all__ = [
     "from_voxels",
     "load",
     "options",
+    "read_sweep",
     "sweep",
     *_solids.FUNCTIONS,
 ]

@@ -19,6 +19,7 @@ from ._native import Solid as Solid
 from ._native import Volume as Volume
 from ._options import options as options
 from ._settings import Settings as Settings
+from ._sweep import read_sweep as read_sweep
 from ._sweep import sweep as sweep
 
 __version__: str
@@ -230,6 +231,7 @@ __all__ = [
     "from_voxels",
     "load",
     "options",
+    "read_sweep",
     "sweep",
     "cuboid",
     "ell",

@@ -9,8 +9,9 @@ from typing_extensions import Unpack, disjoint_base
 from ._settings import Settings
 
 __all__ = [
+    "Clash",
     "Clashes",
-    "clash",
+    "ClashPlan",
     "Image",
     "Metric",
     "Metrics",
@@ -19,6 +20,7 @@ __all__ = [
     "Solid",
     "generate",
     "kinds",
+    "sweep_page",
     "Volume",
     "unit_symbol",
     "main",
@@ -29,6 +31,7 @@ _T = TypeVar("_T")
 _Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 _Path = str | os.PathLike[str]
 _Axis = Literal["x", "y", "z"]
+_Row = tuple[dict[str, Any], list[tuple[str, str]]]
 
 VERSION: str
 
@@ -56,6 +59,7 @@ class Shape:
         self,
         region: Shape | Literal["hull"] | None = None,
         limits: _Path | dict[str, dict[str, str | float]] | None = None,
+        view: bool = True,
         **settings: Unpack[Settings],
     ) -> Metrics: ...
     def thickness(self, **settings: Unpack[Settings]) -> npt.NDArray[np.float32]: ...
@@ -71,6 +75,8 @@ class Shape:
 class Solid(Shape):
     @staticmethod
     def open(path: _Path) -> Solid: ...
+    @staticmethod
+    def open_all(paths: Sequence[_Path]) -> list[Solid]: ...
     @staticmethod
     def from_arrays(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int64]) -> Solid: ...
     @staticmethod
@@ -200,6 +206,32 @@ class Metrics:
     def to_pandas(self) -> Any: ...
 
 @final
+class Clash:
+    def __new__(
+        cls,
+        parts: Sequence[tuple[str, Solid]],
+        *,
+        clearance: float | None = None,
+        touching: float | None = None,
+        allow_touching: bool = False,
+        ignore: Sequence[str] = ...,
+        resolution: int | None = None,
+        fill: str = "even-odd",
+        unit: str | None = None,
+    ) -> Clash: ...
+    def compare(self) -> Clashes: ...
+    def plan(self) -> ClashPlan: ...
+
+@final
+class ClashPlan:
+    @property
+    def unit(self) -> str | None: ...
+    def tiles(self, count: int) -> list[list[tuple[int, int]]]: ...
+    def fingerprints(self) -> list[int]: ...
+    def compare(self, pairs: Sequence[tuple[int, int]]) -> list[_Row]: ...
+    def join(self, compared: Sequence[tuple[tuple[int, int], _Row]]) -> Clashes: ...
+
+@final
 class Clashes:
     @property
     def pairs(self) -> list[dict[str, Any]]: ...
@@ -215,17 +247,8 @@ class Clashes:
     def save(self, folder: _Path) -> None: ...
     def __len__(self) -> int: ...
 
-def clash(
-    parts: Sequence[tuple[str, Solid]],
-    *,
-    clearance: float | None = None,
-    touching: float | None = None,
-    allow_touching: bool = False,
-    ignore: Sequence[str] = ...,
-    resolution: int | None = None,
-    fill: str = "even-odd",
-) -> Clashes: ...
 def catalogue(unit: str | None = None) -> list[tuple[str, str, str]]: ...
+def sweep_page(title: str, rows: str, pareto: str) -> str: ...
 def generate(kind: str, parameters: Sequence[tuple[str, str]]) -> Solid: ...
 def kinds() -> list[tuple[str, str, list[tuple[str, str, str]]]]: ...
 def unit_symbol(unit: str) -> str: ...

@@ -5,25 +5,31 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
 from . import _solids
-from ._errors import Cancelled, UsageError
+from ._errors import InputError, UsageError
+from ._executor import reporting, results, threads_of_worker
 from ._interop import need
-from ._native import VERSION, Shape, catalogue
-from ._options import current, options
+from ._native import VERSION, Shape, catalogue, sweep_page
 from ._settings import Settings
 
 Make = Callable[..., Any]
 
-# Columns of a row beside its parameters and metrics.
+# Columns of the table beside its parameters and metrics.
 FACTS = ("design", "status", "error", "version", "length_unit", "passed")
+
+# The content of a metric in a row, and the endings of its columns.
+CELL = {"value": "", "lower": ".lower", "upper": ".upper", "status": ".status"}
+
+# The end of the message where a worker of a sweep died.
+GO_ON = "; the designs that were measured are kept, and the same sweep with a new executor goes on with the others"
 
 
 def sweep(
@@ -34,9 +40,13 @@ def sweep(
     executor: Executor | None = None,
     limits: dict[str, dict[str, str | float]] | None = None,
     threads: int | None = None,
+    pareto: Mapping[str, str] | None = None,
     **settings: Any,
 ) -> Any:
     """Measures designs, writes a Parquet file with a row for each, and returns it as a `pandas.DataFrame`.
+
+    A page about all designs is written beside it: `runs.html` of `runs.parquet`. `pareto` says what is better, such as
+    `{"porosity": "max", "wall.thinnest": "max"}`, the default; the page shows the designs that no other dominates in all of these.
 
     `make` is a function that takes the parameters of a design and returns its shape, or a pair of shape and region; or the name
     of a model solid, such as 'gyroid'. `grid` has the values of each parameter, all combinations of which are designs, or is a
@@ -62,52 +72,50 @@ def sweep(
     if len(set(keys)) < len(keys):
         raise UsageError("two designs of the grid have the same parameters")
     path = Path(out)
+    objectives = json.dumps(dict(pareto or {}))
+    sweep_page("", "[]", objectives)  # Refuses names that no metric has before anything is measured.
     parts = path.with_name(path.name + ".parts")
     rows = _finished(path, parts, set(keys))
     missing = [(key, design) for key, design in zip(keys, designs, strict=True) if key not in rows]
-    threads = threads if threads is not None else _threads(executor)
+    threads = threads if threads is not None else threads_of_worker(executor)
+    calls = {key: (design, make, limits, settings) for key, design in missing}
     parts.mkdir(parents=True, exist_ok=True)
-    with _closing(current().progress) as progress:
-        for key, row in _measured(missing, executor, (make, limits, settings, threads)):
+    with reporting("sweep", "designs") as report:
+        for key, row in results(measure, calls, executor, threads, GO_ON):
             rows[key] = {"design": key, **row}
             _replace(parts / f"{key}.json", json.dumps(rows[key]).encode())
-            counts = len(rows), len(keys)
-            answer = progress("designs", *counts) if progress is not None else None
-            if answer is not None and not answer:
-                raise Cancelled(f"the progress function stopped the sweep after {counts[0]} of {counts[1]} designs")
-    table = _table(pyarrow, [rows[key] for key in keys], designs)
-    sink = pyarrow.BufferOutputStream()
-    need("pyarrow.parquet").write_table(table, sink)
-    _replace(path, sink.getvalue().to_pybytes())
+            report(len(rows), len(keys))
+    ordered = [{**rows[key], "parameters": design} for key, design in zip(keys, designs, strict=True)]
+    table = _table(pyarrow, ordered)
+    title = f"{len(designs)} designs of {make if isinstance(make, str) else getattr(make, '__name__', type(make).__name__)}"
+    _replace(path.with_suffix(".html"), sweep_page(title, json.dumps(ordered), objectives).encode())
+    _write(pyarrow, table, path)
     shutil.rmtree(parts)
     return table.to_pandas()
 
 
-@contextmanager
-def _closing(progress: Any) -> Iterator[Any]:
-    """Closes a bar at the end."""
-    try:
-        yield progress
-    finally:
-        if hasattr(progress, "close"):
-            progress.close()
+def read_sweep(folder: str | os.PathLike[str], *, out: str | os.PathLike[str] | None = None) -> Any:
+    """Returns the designs of a folder of `ldi-ops sweep` as a `pandas.DataFrame`, with the columns of `sweep`.
+
+    `out` is a Parquet file to be written, with the units in the metadata of its columns.
+    """
+    pyarrow = need("pyarrow")
+    listed = Path(folder) / "sweep.csv"
+    if not listed.exists():
+        raise InputError(f"{listed} does not exist: the sweep has no table until all of its parts are measured")
+    frame = need("pandas").read_csv(listed, usecols=["design"], dtype=str)
+    rows = [json.loads((Path(folder) / "rows" / f"{key}.json").read_bytes()) for key in frame["design"]]
+    table = _table(pyarrow, rows)
+    if out is not None:
+        _write(pyarrow, table, Path(out))
+    return table.to_pandas()
 
 
-def _measured(
-    missing: list[tuple[str, dict[str, Any]]], executor: Executor | None, common: tuple[Any, ...]
-) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yields the key and the row of each design, as they are finished."""
-    if executor is None:
-        for key, design in missing:
-            yield key, measure(design, *common)
-        return
-    futures = {executor.submit(measure, design, *common): key for key, design in missing}
-    try:
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-    finally:
-        for future in futures:
-            future.cancel()
+def _write(pyarrow: Any, table: Any, path: Path) -> None:
+    """Writes a Parquet file completely or not at all."""
+    sink = pyarrow.BufferOutputStream()
+    need("pyarrow.parquet").write_table(table, sink)
+    _replace(path, sink.getvalue().to_pybytes())
 
 
 def measure(
@@ -115,23 +123,31 @@ def measure(
     make: Make | str,
     limits: dict[str, dict[str, str | float]] | None,
     settings: Mapping[str, Any],
-    threads: int | None,
 ) -> dict[str, Any]:
     """Returns the row of one design; runs in a worker."""
-    row: dict[str, Any] = {**design, "version": VERSION}
+    row: dict[str, Any] = {
+        "parameters": dict(design),
+        "error": None,
+        "passed": None,
+        "length_unit": None,
+        "version": VERSION,
+        "metrics": {},
+    }
     try:
-        with options(threads=threads, progress=False):
-            made = _solids.FUNCTIONS[make](**design) if isinstance(make, str) else make(**design)
-            shape, region = made if isinstance(made, tuple) else (made, None)
-            if not isinstance(shape, Shape):
-                raise UsageError(f"the design is a {type(shape).__name__}, not a Shape")
-            metrics = shape.metrics(region=region, limits=limits, **settings)
+        made = _solids.FUNCTIONS[make](**design) if isinstance(make, str) else make(**design)
+        shape, region = made if isinstance(made, tuple) else (made, None)
+        if not isinstance(shape, Shape):
+            raise UsageError(f"the design is a {type(shape).__name__}, not a Shape")
+        metrics = shape.metrics(region=region, limits=limits, view=False, **settings)
     except Exception as error:
-        return {**row, "status": "failed", "error": f"{type(error).__name__}: {error}"}
-    row |= {"status": "measured", "length_unit": metrics.unit, "passed": metrics.passed}
-    for id, metric in metrics.items():
-        row |= {id: metric.value, f"{id}.lower": metric.lower, f"{id}.upper": metric.upper, f"{id}.status": metric.status}
-    return row
+        return {**row, "error": f"{type(error).__name__}: {error}"}
+    cells = {id: {name: _finite(getattr(metric, name)) for name in CELL} for id, metric in metrics.items()}
+    return {**row, "length_unit": metrics.unit, "passed": metrics.passed, "metrics": cells}
+
+
+def _finite(value: Any) -> Any:
+    """Returns None of infinite values, which JSON cannot hold."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _designs(grid: Mapping[str, Iterable[Any]] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -156,6 +172,8 @@ def _plain(value: Any) -> Any:
     value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 0) == 0 else value
     if isinstance(value, (tuple, list)) or hasattr(value, "tolist"):
         return [_plain(part) for part in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise UsageError(f"a parameter is {value}, which no design can have")
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     raise UsageError(f"a parameter is a number, a text or a list of these, not a {type(value).__name__}")
@@ -176,22 +194,22 @@ def _key(common: Mapping[str, Any], design: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _threads(executor: Executor | None) -> int | None:
-    if executor is None:
-        return None
-    workers = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
-    return max(1, (os.cpu_count() or 1) // workers)
-
-
 def _finished(path: Path, parts: Path, keys: set[str]) -> dict[str, dict[str, Any]]:
     """Returns the measured rows of earlier runs."""
-    rows: dict[str, dict[str, Any]] = {}
-    if path.exists():
-        rows = {row["design"]: row for row in need("pyarrow.parquet").read_table(path).to_pylist()}
-    for part in sorted(parts.glob("*.json")):
-        row = json.loads(part.read_bytes())
-        rows[row["design"]] = row
-    return {key: row for key, row in rows.items() if key in keys and row["status"] == "measured"}
+    found = need("pyarrow.parquet").read_table(path).to_pylist() if path.exists() else []
+    rows = [_row(columns) for columns in found if columns["design"] in keys]
+    rows += [json.loads(part.read_bytes()) for part in sorted(parts.glob("*.json"))]
+    return {row["design"]: row for row in rows if row["design"] in keys and row["error"] is None}
+
+
+def _row(columns: dict[str, Any]) -> dict[str, Any]:
+    """Returns a row of the table as it was measured."""
+    ids = [id for id, _, _ in catalogue()]
+    endings = {id + ending for id in ids for ending in CELL.values()}
+    facts = {name: columns[name] for name in FACTS if name != "status"}
+    parameters = {name: value for name, value in columns.items() if name not in endings and name not in FACTS}
+    metrics = {id: {name: columns[id + ending] for name, ending in CELL.items()} for id in ids}
+    return {**facts, "parameters": parameters, "metrics": metrics}
 
 
 def _replace(path: Path, content: bytes) -> None:
@@ -207,19 +225,42 @@ def _replace(path: Path, content: bytes) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _table(pyarrow: Any, rows: list[dict[str, Any]], designs: list[dict[str, Any]]) -> Any:
+def _column(pyarrow: Any, values: list[Any]) -> tuple[Any, list[Any]]:
+    """Returns the type of a column of parameters and its values, as texts if they are of several kinds."""
+    try:
+        return pyarrow.array(values).type, values
+    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError):
+        return pyarrow.string(), [_shown(value) for value in values]
+
+
+def _shown(value: Any) -> str:
+    """Returns a parameter as the page shows it: 0.4, or 2,2,3 of a list."""
+    return ",".join(map(_shown, value)) if isinstance(value, list) else str(value)
+
+
+def _table(pyarrow: Any, rows: list[dict[str, Any]]) -> Any:
     """Returns the table of all rows: parameters, facts, and value, bounds and status of each metric of the catalogue."""
-    units = {row["length_unit"] for row in rows if row["status"] == "measured"}
+    units = {row["length_unit"] for row in rows if row["error"] is None}
     if len(units) > 1:
         raise UsageError(f"the designs have several units of length: {', '.join(sorted(unit or 'none' for unit in units))}")
     text, number = pyarrow.string(), pyarrow.float64()
-    fields = [pyarrow.field("design", text)]
-    fields += [pyarrow.field(name, pyarrow.array([design[name] for design in designs]).type) for name in designs[0]]
-    fields += [pyarrow.field(name, kind) for name, kind in (("status", text), ("error", text), ("passed", pyarrow.bool_()))]
+    fields, columns = [], []
+
+    def add(name: str, kind: Any, values: list[Any], about: dict[str, str] | None = None) -> None:
+        fields.append(pyarrow.field(name, kind, metadata=about))
+        columns.append(pyarrow.array(values, kind))
+
+    add("design", text, [row["design"] for row in rows])
+    for name in rows[0]["parameters"]:
+        add(name, *_column(pyarrow, [row["parameters"][name] for row in rows]))
+    add("status", text, ["measured" if row["error"] is None else "failed" for row in rows])
+    add("error", text, [row["error"] for row in rows])
+    add("passed", pyarrow.bool_(), [row["passed"] for row in rows])
     for id, unit, title in catalogue(next(iter(units), None)):
-        about = {"unit": unit, "name": title}
-        fields += [pyarrow.field(id + ending, number, metadata=about) for ending in ("", ".lower", ".upper")]
-        fields.append(pyarrow.field(f"{id}.status", text))
-    fields += [pyarrow.field("length_unit", text), pyarrow.field("version", text)]
-    columns = [pyarrow.array([row.get(field.name) for row in rows], field.type) for field in fields]
+        for name, ending in CELL.items():
+            values = [row["metrics"].get(id, {}).get(name) for row in rows]
+            about = None if name == "status" else {"unit": unit, "name": title}
+            add(id + ending, text if name == "status" else number, values, about)
+    add("length_unit", text, [row["length_unit"] for row in rows])
+    add("version", text, [row["version"] for row in rows])
     return pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields))

@@ -5,8 +5,10 @@ pub mod convergence;
 pub mod curve;
 pub mod ellipsoid;
 pub mod histogram;
+pub mod parallel;
 pub mod profile;
 pub mod scale;
+pub mod scatter;
 pub mod svg;
 
 use scale::{Scale, Ticks};

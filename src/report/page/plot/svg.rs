@@ -54,17 +54,26 @@ impl Svg {
             Short(width.max(0.0)),
             Short(height.max(0.0))
         );
-        match says {
-            Some(says) => {
-                let _ = write!(self.body, "><title>{}</title></rect>", escaped(says));
-            }
-            None => self.body.push_str("/>"),
-        }
+        self.close("rect", says);
+    }
+
+    /// Closes an element; `says` is its tooltip.
+    fn close(&mut self, element: &str, says: Option<&str>) {
+        let _ = match says {
+            Some(says) => write!(self.body, "><title>{}</title></{element}>", escaped(says)),
+            None => self.body.write_str("/>"),
+        };
     }
 
     /// Adds a line through points.
     pub fn polyline(&mut self, class: &str, points: impl IntoIterator<Item = [f64; 2]>) {
         let _ = write!(self.body, r#"<polyline class="{class}" points="{}"/>"#, listed(points));
+    }
+
+    /// Adds a line through points with a tooltip.
+    pub fn polyline_that_says(&mut self, class: &str, points: impl IntoIterator<Item = [f64; 2]>, says: &str) {
+        let _ = write!(self.body, r#"<polyline class="{class}" points="{}""#, listed(points));
+        self.close("polyline", Some(says));
     }
 
     /// Adds a filled polygon.
@@ -75,12 +84,7 @@ impl Svg {
     pub fn circle(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, says: Option<&str>) {
         let _ =
             write!(self.body, r#"<circle class="{class}" cx="{}" cy="{}" r="{}""#, Short(x), Short(y), Short(radius));
-        match says {
-            Some(says) => {
-                let _ = write!(self.body, "><title>{}</title></circle>", escaped(says));
-            }
-            None => self.body.push_str("/>"),
-        }
+        self.close("circle", says);
     }
 
     /// Adds an ellipse whose first half axis is rotated by `degrees` from x to y of the drawing.
