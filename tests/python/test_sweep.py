@@ -7,13 +7,15 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pyarrow.parquet as parquet
 import pytest
-from sweep_designs import PLAN, scaffold
+from sweep_designs import PLAN, kills_its_worker_once, options_of_worker, scaffold
 
 import ldi_ops as ldi
+from ldi_ops._executor import results, threads_of_worker
 
 HERE = Path(__file__).parent
 
@@ -43,7 +45,34 @@ def test_rows_are_designs_with_metrics_units_and_failures(serial, tmp_path):
     assert schema.field("porosity").metadata == {b"unit": b"1", b"name": b"Porosity"}
     first = ldi.gyroid(cells=1, cell_size=4, wall=0.6, resolution=16).metrics(resolution=24)
     assert frame["porosity"][0] == first["porosity"].value
-    assert [path.name for path in tmp_path.iterdir()] == ["runs.parquet"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["runs.html", "runs.parquet"]
+
+
+def test_the_page_has_the_front_and_the_designs(serial, tmp_path):
+    out = tmp_path / "runs.parquet"
+    out.write_bytes(serial)
+    frame = ldi.sweep(scaffold, PLAN, out=out, pareto={"porosity": "max", "BS/BV": "min"}, resolution=24)
+    page = out.with_suffix(".html").read_text()
+    assert "<h1>6 designs of scaffold</h1>" in page and "large porosity, small specific surface" in page
+    assert "Design 2: wall 0.6, cells 2</strong> <span>RuntimeError: this design has no shape" in page
+    measured = frame[frame["status"] == "measured"]
+    assert set(measured["surface.specific.status"]) == {"measured"}
+    values = list(zip(-measured["porosity"], measured["surface.specific"]))
+    best = [a for a in values if not any(b != a and b[0] <= a[0] and b[1] <= a[1] for b in values)]
+    assert page.count('<span class="chip kept">front</span>') == len(best)
+
+
+def test_sweeps_of_the_command_line_have_the_same_rows(tmp_path):
+    plan = tmp_path / "plan.toml"
+    plan.write_text('model = "hollow-box"\n[parameters]\nsize = "3,3,3"\nhollow = ["1,1,1", "2,2,2"]\n[settings]\nresolution = 12\n')
+    command = [sys.executable, "-m", "ldi_ops", "sweep", plan, "-o", tmp_path / "runs", "--quiet"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    read = ldi.read_sweep(tmp_path / "runs", out=tmp_path / "read.parquet")
+    grid = {"size": ["3,3,3"], "hollow": ["1,1,1", "2,2,2"]}
+    swept = ldi.sweep("hollow_box", grid, out=tmp_path / "swept.parquet", resolution=12)
+    assert read.drop(columns="design").equals(swept.drop(columns="design"))
+    assert abs(read["porosity"][1] - 8 / 27) < 1e-6
+    assert parquet.read_schema(tmp_path / "read.parquet").field("volume.solid").metadata[b"unit"] == b"mm^3"
 
 
 @pytest.mark.parametrize("workers", [1, 2, 4])
@@ -99,6 +128,41 @@ def test_killed_sweeps_go_on_where_they_were(serial, tmp_path, kept):
     assert out.read_bytes() == serial and not parts.exists()
 
 
+@contextmanager
+def dask_of_one_worker():
+    """Yields an executor of Dask that does not try a call again whose worker died."""
+    dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        client.run(lambda: __import__("sys").path.insert(0, str(HERE)))
+        yield client.get_executor()
+
+
+@pytest.mark.parametrize("started", [lambda: spawned(1), dask_of_one_worker], ids=["processes", "dask"])
+def test_sweeps_whose_worker_died_say_so_and_go_on(tmp_path, started):
+    out, plan = tmp_path / "runs.parquet", {**PLAN, "mark": [str(tmp_path / "mark")]}
+    with started() as executor, pytest.raises(ldi.MachineError, match="a worker died.*memory.*same sweep.*goes on"):
+        ldi.sweep(kills_its_worker_once, plan, out=out, executor=executor, resolution=24)
+    kept = len(list((tmp_path / "runs.parquet.parts").glob("*.json")))
+    assert 0 < kept < 6 and not out.exists()
+    heard = []
+    with ldi.options(progress=lambda *progress: heard.append(progress)):
+        frame = ldi.sweep(kills_its_worker_once, plan, out=out, resolution=24)
+    failed = 1  # Failed designs are measured again.
+    assert kept - failed <= 6 - len(heard) <= kept
+    assert list(frame["status"]) == ["measured", "failed", *["measured"] * 4]
+
+
+def test_workers_have_the_memory_limit_of_the_options_and_their_share_of_the_threads():
+    with spawned(2) as executor, ldi.options(memory="2 GB", threads=1):
+        threads = threads_of_worker(executor)
+        assert dict(results(options_of_worker, {"here": ()}, executor, 3)) == {"here": (3, 2_000_000_000)}
+    assert threads == max(1, (os.cpu_count() or 1) // 2)
+
+
 def test_plans_that_make_no_table_are_refused(tmp_path):
     out = tmp_path / "runs.parquet"
     for make, grid, settings in [
@@ -108,7 +172,9 @@ def test_plans_that_make_no_table_are_refused(tmp_path):
         (scaffold, [{"wall": 1, "cells": 1}] * 2, {}),
         (scaffold, {"porosity": [1]}, {}),
         (scaffold, {"wall": [object()]}, {}),
+        (scaffold, {"wall": [float("nan")], "cells": [1]}, {}),
         (scaffold, PLAN, {"resolutoin": 3}),
+        (scaffold, PLAN, {"pareto": {"porosty": "max"}}),
     ]:
         with pytest.raises(ldi.UsageError):
             ldi.sweep(make, grid, out=out, **settings)
