@@ -27,6 +27,14 @@ pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(vec)
 }
 
+/// Returns bytes that are 0, and not touched yet.
+pub fn zeroed_bytes(count: usize) -> Vec<u8> {
+    let bytes = vec![0; count];
+    #[cfg(target_os = "linux")]
+    advise_huge_pages(&bytes);
+    bytes
+}
+
 thread_local! {
     static IS_HANDLED: Cell<bool> = const { Cell::new(false) };
 }

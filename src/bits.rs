@@ -48,6 +48,28 @@ pub fn after(row: &[u64], word: usize) -> u64 {
     row[word] >> 1 | row.get(word + 1).map_or(0, |after| after << 63)
 }
 
+/// Writes the bits of a row as bytes of 0 and 1, as many as there are bytes.
+pub fn spread_row(row: &[u64], bytes: &mut [u8]) {
+    let (words, rest) = bytes.as_chunks_mut::<64>();
+    for (bytes, word) in words.iter_mut().zip(row) {
+        for (bytes, bits) in bytes.as_chunks_mut::<8>().0.iter_mut().zip(word.to_le_bytes()) {
+            *bytes = spread(bits).to_le_bytes();
+        }
+    }
+    for (bit, byte) in rest.iter_mut().enumerate() {
+        *byte = (row[words.len()] >> bit & 1) as u8;
+    }
+}
+
+/// Returns eight bits as the bytes of a word, each 0 or 1.
+#[inline]
+fn spread(bits: u8) -> u64 {
+    const ONES: u64 = 0x0101_0101_0101_0101;
+    // Each byte keeps its own bit, and those that are not 0 are carried to their top bit.
+    let own = u64::from(bits) * ONES & 0x8040_2010_0804_0201;
+    (own + 0x7f * ONES) >> 7 & ONES
+}
+
 /// Returns the prefix parity of a word: bit i of the result is the parity of bits 0 to i.
 #[inline]
 pub fn prefix_parity<W: Copy + BitXor<Output = W> + Shl<u32, Output = W>>(word: W) -> W {

@@ -44,8 +44,9 @@ pub struct SolidMoments {
     pub inertia: DMat3,
 }
 
-/// Bytes for each voxel: of its state with its bit; of a share; of a thickness with the distances and the balls behind it.
-const BYTES_OF_VOXEL: f64 = 1.25;
+/// Bytes for each voxel: of its state with the bits of all images; of a share; of a thickness with the distances and the balls
+/// behind it.
+const BYTES_OF_VOXEL: f64 = 1.5;
 const BYTES_OF_SHARE: f64 = 4.0;
 const BYTES_OF_THICKNESS: f64 = 48.0;
 

@@ -1,8 +1,8 @@
 //! The geometry of clashes: which bodies come near one another, how far apart they are, and where they overlap.
 //!
-//! [`near_pairs`] compares boxes, and [`tiles`] groups the pairs by place; [`nearest`] finds the distance of two surfaces, through hierarchies of boxes, and 0
-//! where triangles meet by exact signs; [`Body::contains`] tells which body holds which shell where no triangles meet;
-//! [`region`] finds the box of an overlap and the largest ball in it. Volumes are for the driver.
+//! [`near_pairs`] compares boxes, and [`tiles`] groups the pairs by place; [`nearest`] finds the distance of two surfaces,
+//! through hierarchies of boxes, and 0 where triangles meet by exact signs; [`Body::contains`] tells which body holds which shell
+//! where no triangles meet; [`region`] finds the box of an overlap and the largest ball in it. Volumes are for the driver.
 
 mod body;
 mod nearest;

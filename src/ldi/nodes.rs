@@ -14,7 +14,8 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Ldi, Mode};
-use crate::bits::{accumulate, accumulate_rows, flip};
+use crate::allocation::zeroed_bytes;
+use crate::bits::{accumulate, accumulate_rows, flip, spread_row};
 use crate::cancel::checkpoint;
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
@@ -44,9 +45,23 @@ pub struct NodePlanes<'a> {
     mode: Mode,
 }
 
+/// The axes of a plane's words and of the planes; rows follow one another along y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Order {
+    words: Axis,
+    planes: Axis,
+}
+
+/// Words along x, and planes z after z.
+const X_FIRST: Order = Order { words: Axis::X, planes: Axis::Z };
+
+/// Words along z, and planes x after x.
+const Z_FIRST: Order = Order { words: Axis::Z, planes: Axis::X };
+
 /// Consecutive planes of nodes, z after z.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeSlab {
+    order: Order,
     first: i32,
     margin: usize,
     rows: usize,
@@ -58,9 +73,6 @@ pub struct NodeSlab {
 
 /// Number of planes that are computed at a time where planes are requested one after another.
 const SLAB: i32 = 32;
-
-/// Number of nodes along x whose bytes a task writes; a divisor of 64.
-const COLUMNS: usize = 16;
 
 impl<'a> NodePlanes<'a> {
     /// Returns the nodes of one, two or three images of a mode. Of three exact images most decide, which is unanimous for those
@@ -103,24 +115,14 @@ impl<'a> NodePlanes<'a> {
 
     /// Returns 1 for each node inside and 0 for others, node (x, y, z) at `(x · rays[1] + y) · rays[2] + z`.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let size @ [_, rows, layers] = self.grid.rays().map(|n| n as usize);
-        let planes: Vec<u64> = self.planes().flatten().collect();
-        let words = size[0].div_ceil(64);
-        let mut bytes = vec![0; size.iter().product()];
-        let of_nodes_along_x = (COLUMNS * rows * layers).max(1);
-        bytes.par_chunks_mut(of_nodes_along_x).enumerate().for_each(|(part, bytes)| {
-            let (word, first) = (part * COLUMNS / 64, part * COLUMNS % 64);
-            let mut column = vec![0; layers];
-            for y in 0..rows {
-                checkpoint();
-                for (z, bits) in column.iter_mut().enumerate() {
-                    *bits = planes[(z * rows + y) * words + word] >> first;
-                }
-                for x in 0..bytes.len() / (rows * layers) {
-                    let of_ray = &mut bytes[(x * rows + y) * layers..][..layers];
-                    of_ray.iter_mut().zip(&column).for_each(|(byte, bits)| *byte = (bits >> x & 1) as u8);
-                }
-            }
+        let size @ [planes, rows, length] = self.grid.rays().map(|n| n as usize);
+        let nodes = self.slab_in(Z_FIRST, 0..planes as i32, 0);
+        let mut bytes = zeroed_bytes(size.iter().product());
+        let of_planes = bytes.par_chunks_mut((rows * length).max(1));
+        of_planes.zip(nodes.bits.par_chunks((rows * nodes.words).max(1))).for_each(|(bytes, bits)| {
+            checkpoint();
+            let of_rows = bytes.chunks_mut(length).zip(bits.chunks(nodes.words));
+            of_rows.for_each(|(bytes, row)| spread_row(row, bytes));
         });
         bytes
     }
@@ -155,9 +157,14 @@ impl<'a> NodePlanes<'a> {
     /// Returns the nodes of a range of planes, with `margin` more nodes on every side of a plane, which are outside; so
     /// are those of planes beyond the grid.
     pub fn slab(&self, planes: Range<i32>, margin: usize) -> NodeSlab {
-        let [columns, rows, _] = self.grid.rays().map(|n| n as usize);
-        let (words, rows) = ((columns + 2 * margin).div_ceil(64), rows + 2 * margin);
+        self.slab_in(X_FIRST, planes, margin)
+    }
+
+    fn slab_in(&self, order: Order, planes: Range<i32>, margin: usize) -> NodeSlab {
+        let rays = self.grid.rays().map(|n| n as usize);
+        let (words, rows) = ((rays[order.words.depth()] + 2 * margin).div_ceil(64), rays[1] + 2 * margin);
         let mut slab = NodeSlab {
+            order,
             first: planes.start,
             margin,
             rows,
@@ -226,64 +233,66 @@ impl NodeSlab {
     /// Returns the nodes of one image, plane after plane.
     fn of_image(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
         match image.axis() {
-            Axis::X => self.of_planes(image, planes, |plane, bits| self.along_x(image, plane, bits)),
-            Axis::Y => self.of_planes(image, planes, |plane, bits| self.along_y(image, plane, bits)),
-            Axis::Z => self.along_z(image, planes),
+            Axis::Y => self.of_planes(image, planes, |plane, bits| self.along_rows(image, plane, bits)),
+            axis if axis == self.order.words => {
+                self.of_planes(image, planes, |plane, bits| self.along_words(image, plane, bits))
+            }
+            _ => self.across_planes(image, planes),
         }
     }
 
     /// Fills each plane that lies in the grid.
     fn of_planes(&self, image: &Ldi, planes: &Range<i32>, fill: impl Fn(usize, &mut [u64]) + Sync) -> Vec<u64> {
         let mut bits = vec![0; planes.len() * self.rows * self.words];
-        let inside = 0..image.grid().rays()[2] as i32;
+        let inside = 0..image.grid().rays()[self.order.planes.depth()] as i32;
         let each = bits.par_chunks_mut(self.rows * self.words).zip(planes.clone().into_par_iter());
         each.filter(|(_, plane)| inside.contains(plane)).for_each(|(bits, plane)| fill(plane as usize, bits));
         bits
     }
 
-    /// Fills a plane from an image along x, whose rows are planes and whose rays are rows of nodes.
-    fn along_x(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
+    /// Fills a plane from an image whose rays are rows of nodes.
+    fn along_words(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
         let pixels = Pixels::new(image.grid().shift());
-        let (columns, _) = image.size();
-        for column in 0..columns as usize {
-            let row = &mut bits[(column + self.margin) * self.words..][..self.words];
-            for &depth in image.samples((plane * columns as usize + column) as u32) {
+        let [to_plane, to_row] = [self.order.planes, Axis::Y].map(|axis| stride(image, axis));
+        for y in 0..image.grid().rays()[1] {
+            let row = &mut bits[(y as usize + self.margin) * self.words..][..self.words];
+            for &depth in image.samples(plane as u32 * to_plane + y * to_row) {
                 flip(row, pixels.index_from(depth) as usize + self.margin);
             }
             accumulate(row);
         }
     }
 
-    /// Fills a plane from an image along y, whose rows are planes and whose rays run from row to row.
-    fn along_y(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
+    /// Fills a plane from an image along y, whose rays run from row to row.
+    fn along_rows(&self, image: &Ldi, plane: usize, bits: &mut [u64]) {
         let pixels = Pixels::new(image.grid().shift());
-        let (columns, _) = image.size();
-        for column in 0..columns as usize {
-            for &depth in image.samples((plane * columns as usize + column) as u32) {
+        let [to_plane, to_bit] = [self.order.planes, self.order.words].map(|axis| stride(image, axis));
+        for at in 0..image.grid().rays()[self.order.words.depth()] {
+            for &depth in image.samples(plane as u32 * to_plane + at * to_bit) {
                 let row = pixels.index_from(depth) as usize + self.margin;
                 if row < self.rows {
-                    flip(&mut bits[row * self.words..][..self.words], column + self.margin);
+                    flip(&mut bits[row * self.words..][..self.words], at as usize + self.margin);
                 }
             }
         }
         accumulate_rows(bits, self.words);
     }
 
-    /// Returns the nodes of an image along z, whose rays run from plane to plane. Each of its rows is converted
-    /// separately.
-    fn along_z(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
+    /// Returns the nodes of an image whose rays run from plane to plane. Each row of nodes is converted separately.
+    fn across_planes(&self, image: &Ldi, planes: &Range<i32>) -> Vec<u64> {
         let pixels = Pixels::new(image.grid().shift());
-        let (columns, rows) = image.size();
+        let rays = image.grid().rays();
+        let [to_row, to_bit] = [Axis::Y, self.order.words].map(|axis| stride(image, axis));
         let (words, margin) = (self.words, self.margin);
-        let by_row: Vec<Vec<u64>> = (0..rows)
+        let by_row: Vec<Vec<u64>> = (0..rays[1])
             .into_par_iter()
             .with_min_len(8)
             .map(|row| {
                 let mut bits = vec![0; planes.len() * words];
-                for column in 0..columns {
-                    let samples = image.samples(row * columns + column);
+                for at in 0..rays[self.order.words.depth()] {
+                    let samples = image.samples(row * to_row + at * to_bit);
                     let before = samples.partition_point(|&depth| pixels.index_from(depth) <= planes.start);
-                    let bit = column as usize + margin;
+                    let bit = at as usize + margin;
                     if before % 2 == 1 {
                         flip(&mut bits[..words], bit);
                     }
@@ -300,7 +309,7 @@ impl NodeSlab {
             })
             .collect();
         // Images whose samples reach the end of the grid close behind its last node.
-        let in_grid = 0..image.grid().rays()[2] as i32;
+        let in_grid = 0..rays[self.order.planes.depth()] as i32;
         self.of_planes(image, planes, |plane, bits| {
             debug_assert!(in_grid.contains(&(plane as i32)));
             let at = (plane as i32 - planes.start) as usize * words;
@@ -309,6 +318,11 @@ impl NodeSlab {
             }
         })
     }
+}
+
+/// Returns by how much the number of an image's ray grows from node to node along an axis.
+fn stride(image: &Ldi, axis: Axis) -> u32 {
+    if axis.depth() == image.axis().column() { 1 } else { image.size().0 }
 }
 
 #[cfg(test)]
@@ -363,6 +377,22 @@ mod tests {
         assert_eq!(planes.disagreements(), None);
         let slab = planes.slab(0..rays[2], 0);
         assert_eq!(planes.planes().collect::<Vec<_>>().concat(), slab.bits);
+    }
+
+    #[test]
+    fn bytes_are_the_nodes() {
+        for chosen in [0..1, 1..2, 2..3, 0..3] {
+            let exact = images_of(solids::torus(3.0, 1.0, 31, 17).unwrap(), 70, 256, Mode::Exact);
+            let planes = NodePlanes::new(&exact[chosen], Mode::Exact).unwrap();
+            let [columns, rows, layers] = exact[0].grid().rays().map(|n| n as i32);
+            assert!(layers % 8 != 0, "{layers}: the last byte of a row is not whole");
+            let (slab, bytes) = (planes.slab(0..layers, 0), planes.to_bytes());
+            assert_eq!(bytes.len() as i32, columns * rows * layers);
+            for (at, byte) in (0..).zip(bytes) {
+                let node = [at / layers / rows, at / layers % rows, at % layers];
+                assert_eq!(byte, u8::from(bit(&slab, node, 0)), "{node:?}");
+            }
+        }
     }
 
     #[test]

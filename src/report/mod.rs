@@ -2,8 +2,8 @@
 //!
 //! `measure` (images, fields, metrics, named by [`id`]) → [`scaffold_report`] (all data, in world units) → `limits`, `write`
 //! (metrics.json, metrics.csv, methods.txt) and `page` (report.html). No step after the report computes, and no step before it
-//! formats. [`Report`] is the facade, [`files`] runs several solids, [`sweep`] the designs of a plan. [`clash`] has the page and the tables of
-//! clashes.
+//! formats. [`Report`] is the facade, [`files`] runs several solids, [`sweep`] the designs of a plan.
+//! [`clash`] has the page and the tables of clashes.
 
 mod build;
 pub mod clash;

@@ -131,7 +131,6 @@ fn reported(result: &Reported) -> Value {
 }
 
 fn swept(result: &Swept) -> Value {
-    let kept = result.rows.iter().filter(|row| row.passed == Some(true)).count();
     json!({
         "schema": SCHEMA,
         "command": "sweep",
@@ -140,7 +139,7 @@ fn swept(result: &Swept) -> Value {
         "measured": result.measured,
         "missing": result.missing,
         "failed": result.failed().count(),
-        "kept": kept,
+        "kept": result.kept(),
         "front": result.front.iter().map(|&i| &result.rows[i]).collect::<Vec<_>>(),
         "written": result.written.iter().map(|file| path(file)).collect::<Vec<_>>(),
     })

@@ -102,8 +102,7 @@ fn swept(result: &Swept) -> String {
     if *missing > 0 {
         table.more(format_args!("{missing} of other parts are not measured yet: no table until then"));
     }
-    if rows.iter().any(|row| row.passed.is_some()) {
-        let kept = rows.iter().filter(|row| row.passed == Some(true)).count();
+    if let Some(kept) = result.kept() {
         table.line("limits", format_args!("{kept} of {} designs keep them", rows.len() - failed));
     }
     if *missing == 0 {

@@ -44,7 +44,7 @@ pub fn sweep_page(py: Python<'_>, title: &str, rows: &str, pareto: &str) -> PyRe
     }
     let words = serde_json::from_str(pareto).map_err(wrong)?;
     let objectives = Objective::read(&words).map_err(|problem| usage(py, problem))?;
-    Ok(py.detach(|| sweep::html(title, &rows, &objectives)))
+    Ok(py.detach(|| sweep::html(title, &rows, &objectives, &sweep::front(&rows, &objectives))))
 }
 
 /// Returns the metrics of a shape, within a region and against limits, with its view if the page shall have one.

@@ -9,6 +9,7 @@ pub mod compare;
 pub mod plot;
 mod report;
 mod slices;
+pub mod sortable;
 pub mod summary;
 mod table;
 mod verdict;

@@ -7,6 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
+use super::sortable::{Cell, Column};
 use super::verdict::Strip;
 use super::{FOOT, SORT, STYLE, words};
 use crate::mesh::LengthUnit;
@@ -57,13 +58,6 @@ struct Page<'s> {
     failures: &'s [Unmeasured],
 }
 
-struct Column {
-    /// HTML.
-    symbol: String,
-    name: &'static str,
-    unit: String,
-}
-
 struct Row {
     title: String,
     link: String,
@@ -76,12 +70,6 @@ struct Row {
     rank: usize,
     alerts: usize,
     cells: Vec<Cell>,
-}
-
-struct Cell {
-    text: String,
-    /// The sort key; an empty one sorts last.
-    key: String,
 }
 
 /// Returns the page; it links to the pages of its entries and lists the solids that could not be measured.
@@ -118,7 +106,7 @@ pub fn html(entries: &[Entry], failures: &[Unmeasured]) -> String {
 
 fn column(entries: &[Entry], id: MetricId, one_unit: bool) -> Column {
     let unit = entries.first().filter(|_| one_unit).map(|entry| id.quantity.of(entry.report.unit).for_people());
-    Column { symbol: words::symbol(id.symbol), name: id.name, unit: unit.unwrap_or_default() }
+    Column::of(id, unit.unwrap_or_default())
 }
 
 fn row(entry: &Entry, columns: &[MetricId], one_unit: bool) -> Row {
@@ -147,12 +135,12 @@ fn row(entry: &Entry, columns: &[MetricId], one_unit: bool) -> Row {
 
 fn cell(metric: Option<&Metric>, one_unit: bool) -> Cell {
     let Some((metric, value)) = metric.and_then(|metric| Some((metric, super::table::finite(metric.value)?))) else {
-        return Cell { text: words::NOTHING.to_owned(), key: String::new() };
+        return Cell::nothing();
     };
     let unit: &Unit = &metric.unit;
     Cell {
         text: if one_unit { words::with_error(value, metric.error, unit) } else { words::with_unit(value, unit) },
-        key: format!("{:e}", value * if one_unit { 1.0 } else { to_metres(unit) }),
+        key: Cell::key(value * if one_unit { 1.0 } else { to_metres(unit) }),
     }
 }
 

@@ -69,14 +69,14 @@ impl Objective {
 
 /// Returns the names and words of a table, and of the tables in it: `wall.thinnest` leads into one.
 fn flat<'w>(path: &str, words: &'w Map<String, Value>) -> Vec<(String, &'w Value)> {
-    let one = |(name, word): (&String, &'w Value)| {
+    let entries = |(name, word): (&String, &'w Value)| {
         let name = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
         match word {
             Value::Object(inner) => flat(&name, inner),
             word => vec![(name, word)],
         }
     };
-    words.iter().flat_map(one).collect()
+    words.iter().flat_map(entries).collect()
 }
 
 /// Returns the places of the designs that no other dominates: none is at least as good in all objectives and better in one. Designs

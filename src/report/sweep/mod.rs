@@ -1,12 +1,12 @@
 //! Sweeps: the metrics of many designs of a model solid, in one table and on one page.
 //!
-//! [`plan`] (a TOML file → designs, each with a key) → [`row`] (the metrics of a design, or why it has none; a file each) →
+//! `plan` (a TOML file → designs, each with a key) → [`row`] (the metrics of a design, or why it has none; a file each) →
 //! `table` (sweep.csv), `front` and `page` (index.html). Rows that exist are not measured again, so that a sweep goes on where it
 //! was stopped, and several processes share one by [`Shard`].
 
 mod front;
 mod page;
-pub mod plan;
+mod plan;
 pub mod row;
 mod table;
 
@@ -15,7 +15,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-pub use front::{Direction, Objective};
+pub use front::{Direction, Objective, front};
 pub use page::html;
 
 use crate::driver::backend::Backends;
@@ -68,9 +68,9 @@ pub struct Swept {
     pub chosen: usize,
     /// How many of them this run measured.
     pub measured: usize,
-    /// The rows of all designs, or of this part while others are missing, in the order of the plan.
+    /// The rows of all designs, or of this part while others have none, in the order of the plan.
     pub rows: Vec<Row>,
-    /// The number of designs without a row, of other parts.
+    /// The number of designs without a row that can be read, of other parts.
     pub missing: usize,
     /// The designs that no other dominates in all objectives: places in `rows`.
     pub front: Vec<usize>,
@@ -79,6 +79,12 @@ pub struct Swept {
 }
 
 impl Swept {
+    /// Returns the number of designs that keep their limits; `None` if there are none.
+    pub fn kept(&self) -> Option<usize> {
+        let judged = self.rows.iter().any(|row| row.passed.is_some());
+        judged.then(|| self.rows.iter().filter(|row| row.passed == Some(true)).count())
+    }
+
     /// Returns the rows of designs that could not be measured.
     pub fn failed(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| row.is_failed())
@@ -131,14 +137,16 @@ pub fn sweep_files(job: &SweepJob, progress: &Monitor) -> Result<Swept, Error> {
             "{count} could not be measured on this machine; the first, {design}: {error}"
         )));
     }
-    let left = plan.designs().iter().filter(|design| !row::exists(&folder, design)).count();
+    let unwritten = plan.designs().iter().filter(|design| !row::exists(&folder, design)).count();
     // All rows are read from their files, as other processes may have written some.
-    let known: Vec<&Design> = if left == 0 { plan.designs().iter().collect() } else { chosen.clone() };
+    let known: Vec<&Design> = if unwritten == 0 { plan.designs().iter().collect() } else { chosen.clone() };
     let rows: Vec<Row> = known.iter().filter_map(|design| row::read(&folder, design)).collect();
+    // A file that holds no row any more counts as missing.
+    let left = unwritten + known.len() - rows.len();
     let (mut front, mut written) = (Vec::new(), Vec::new());
     if left == 0 {
         front = front::front(&rows, plan.objectives());
-        let page = page::html(plan.title(), &rows, plan.objectives());
+        let page = page::html(plan.title(), &rows, plan.objectives(), &front);
         for (name, text) in [(PAGE, page), (TABLE, table::csv(&rows))] {
             let path = job.folder.join(name);
             output::replace(&path, |file| file.write_all(text.as_bytes()))?;
@@ -208,9 +216,14 @@ mod tests {
         }
 
         // A row that a killed process left unfinished does not exist; a broken one is measured anew, and so are failed ones.
-        let broken = folder.path().join("parts").join(ROWS).join(format!("{}.json", whole.rows[0].design));
-        fs::write(&broken, "{\"design\": ").unwrap();
+        let row = |row: &Row| folder.path().join("parts").join(ROWS).join(format!("{}.json", row.design));
+        fs::write(row(&whole.rows[0]), "{\"design\": ").unwrap();
         let again = run(&job("parts", None));
         assert_eq!((again.measured, again.rows == whole.rows), (3, true));
+
+        // One of another part is missing until that part runs again.
+        fs::write(row(&first.rows[0]), "").unwrap();
+        let parts = ["2/2", "1/2"].map(|part| run(&job("parts", Some(part))));
+        assert_eq!(parts.map(|part| (part.missing, part.written.len())), [(1, 0), (0, 2)]);
     }
 }

@@ -3,15 +3,15 @@
 use askama::Template;
 use serde_json::Value;
 
-use super::front::{Direction, Objective, front};
-use super::row::{Row, named, shown};
+use super::front::{Direction, Objective};
+use super::row::{Row, length_unit, named, shown};
 use crate::mesh::LengthUnit;
 use crate::report::id::{self, MetricId, Statistic};
 use crate::report::page::plot::parallel::{ParallelAxis, ParallelLine, parallel};
 use crate::report::page::plot::scatter::{Point, scatter};
+use crate::report::page::sortable::{Cell, Column};
 use crate::report::page::{FOOT, SORT, STYLE, rendered, words};
 use crate::report::quantity::Unit;
-use crate::unit;
 
 /// The metrics of table and axes beside the objectives, each shown if any design has a value.
 const SHOWN: [MetricId; 7] = [
@@ -67,29 +67,21 @@ struct Parameter<'s> {
     order: &'static str,
 }
 
-struct Column {
-    /// HTML.
-    symbol: String,
-    name: &'static str,
-    unit: String,
-}
-
 struct Line {
     number: usize,
-    /// The texts and sort keys of the parameters that differ.
-    parameters: Vec<[String; 2]>,
+    /// The values of the parameters that differ.
+    parameters: Vec<Cell>,
     /// The state and the word of the limits.
     verdict: [&'static str; 2],
     is_front: bool,
-    cells: Vec<[String; 2]>,
+    cells: Vec<Cell>,
 }
 
 /// The rows of a sweep and what is shown of them.
 struct Designs<'s> {
     rows: &'s [Row],
-    /// The places of the designs on the front, and whether each design is on it.
-    front: Vec<usize>,
-    is_front: Vec<bool>,
+    /// The places of the designs on the front, rising.
+    front: &'s [usize],
     /// The places of the designs that are drawn and listed: the front, and others in the order of the plan.
     shown: Vec<usize>,
     /// The parameters that differ.
@@ -99,9 +91,9 @@ struct Designs<'s> {
     objectives: &'s [Objective],
 }
 
-/// Returns the page, which loads nothing from elsewhere.
-pub fn html(title: &str, rows: &[Row], objectives: &[Objective]) -> String {
-    let designs = Designs::of(rows, objectives);
+/// Returns the page, which loads nothing from elsewhere; `front` is that of the rows and objectives.
+pub fn html(title: &str, rows: &[Row], objectives: &[Objective], front: &[usize]) -> String {
+    let designs = Designs::of(rows, objectives, front);
     let measured = rows.iter().filter(|row| !row.is_failed()).count();
     let judged = rows.iter().any(|row| row.passed.is_some());
     let kept = rows.iter().filter(|row| row.passed == Some(true)).count();
@@ -121,7 +113,7 @@ pub fn html(title: &str, rows: &[Row], objectives: &[Objective]) -> String {
         headline,
         state,
         fixed: list(designs.fixed()),
-        objectives: objectives.iter().map(said).collect::<Vec<_>>().join(", "),
+        objectives: objectives.iter().map(wanted).collect::<Vec<_>>().join(", "),
         fronts: designs.fronts(),
         front: designs.front.iter().take(MOST_OF_FRONT).map(|&i| designs.sentence(i)).collect(),
         front_left_out: designs.front.len().saturating_sub(MOST_OF_FRONT),
@@ -137,8 +129,8 @@ pub fn html(title: &str, rows: &[Row], objectives: &[Objective]) -> String {
     rendered(&page)
 }
 
-/// Says an objective: `large porosity`.
-fn said(objective: &Objective) -> String {
+/// Returns an objective in words: `large porosity`.
+fn wanted(objective: &Objective) -> String {
     let word = match objective.direction {
         Direction::Max => "large",
         Direction::Min => "small",
@@ -153,30 +145,29 @@ fn in_words(name: &str) -> String {
 }
 
 impl<'s> Designs<'s> {
-    fn of(rows: &'s [Row], objectives: &'s [Objective]) -> Designs<'s> {
+    fn of(rows: &'s [Row], objectives: &'s [Objective], front: &'s [usize]) -> Designs<'s> {
         let all: Vec<&str> =
             rows.first().map(|row| row.parameters.keys().map(String::as_str).collect()).unwrap_or_default();
         let differs = |name: &&str| rows.iter().any(|row| row.parameters[*name] != rows[0].parameters[*name]);
         let mut metrics: Vec<MetricId> = objectives.iter().map(|objective| objective.metric).collect();
         metrics.extend(SHOWN.into_iter().filter(|id| !objectives.iter().any(|objective| objective.metric == *id)));
         metrics.retain(|id| rows.iter().any(|row| row.value(id.id).is_some()));
-        let symbol = rows.iter().find_map(|row| row.length_unit.as_deref());
-        let front = front(rows, objectives);
-        let mut is_front = vec![false; rows.len()];
-        front.iter().for_each(|&i| is_front[i] = true);
-        let others = (0..rows.len()).filter(|&i| !is_front[i] && !rows[i].is_failed());
+        let others = (0..rows.len()).filter(|i| front.binary_search(i).is_err() && !rows[*i].is_failed());
         let mut shown: Vec<usize> = front.iter().copied().chain(others).take(MOST_ROWS).collect();
         shown.sort_unstable();
         Designs {
             rows,
             front,
-            is_front,
             shown,
             parameters: all.into_iter().filter(differs).collect(),
             metrics,
-            length: symbol.and_then(|symbol| unit::parse(symbol).ok()),
+            length: length_unit(rows),
             objectives,
         }
+    }
+
+    fn is_front(&self, i: usize) -> bool {
+        self.front.binary_search(&i).is_ok()
     }
 
     fn unit(&self, metric: MetricId) -> Unit {
@@ -208,7 +199,7 @@ impl<'s> Designs<'s> {
 
     /// Returns the style of a design's point or line.
     fn class(&self, i: usize) -> &'static str {
-        match (self.is_front[i], self.rows[i].passed) {
+        match (self.is_front(i), self.rows[i].passed) {
             (true, _) => "design best",
             (false, Some(false)) => "design breaks",
             (false, _) => "design",
@@ -218,7 +209,7 @@ impl<'s> Designs<'s> {
     /// Returns the places of the shown designs in the order in which they are drawn: the front on top.
     fn by_importance(&self) -> Vec<usize> {
         let mut places = self.shown.clone();
-        places.sort_by_key(|&i| (self.is_front[i], self.rows[i].passed != Some(false)));
+        places.sort_by_key(|&i| (self.is_front(i), self.rows[i].passed != Some(false)));
         places
     }
 
@@ -238,7 +229,7 @@ impl<'s> Designs<'s> {
         let points: Vec<Point> = self.by_importance().into_iter().filter_map(point).collect();
         // Through more than two objectives, the front is no line.
         let line: Vec<[f64; 2]> = match self.objectives.len() {
-            2 => self.shown.iter().filter(|&&i| self.is_front[i]).filter_map(|&i| at(i)).collect(),
+            2 => self.shown.iter().filter(|&&i| self.is_front(i)).filter_map(|&i| at(i)).collect(),
             _ => Vec::new(),
         };
         let titles = metrics.map(|metric| titled(short(metric), &self.unit(metric).for_people()));
@@ -294,7 +285,7 @@ impl<'s> Designs<'s> {
     }
 
     fn column(&self, metric: MetricId) -> Column {
-        Column { symbol: words::symbol(metric.symbol), name: metric.name, unit: self.unit(metric).for_people() }
+        Column::of(metric, self.unit(metric).for_people())
     }
 
     fn line(&self, i: usize) -> Line {
@@ -302,19 +293,19 @@ impl<'s> Designs<'s> {
         let cell = |metric: &MetricId| match row.value(metric.id) {
             Some(value) => {
                 let doubt = if row.is_resolved(metric.id) { "" } else { "\u{a0}▲" };
-                [words::value(value, &self.unit(*metric)) + doubt, format!("{value:e}")]
+                Cell { text: words::value(value, &self.unit(*metric)) + doubt, key: Cell::key(value) }
             }
-            None => [words::NOTHING.to_owned(), String::new()],
+            None => Cell::nothing(),
         };
         Line {
             number: i + 1,
-            parameters: self.parameters.iter().map(|name| text_and_key(&row.parameters[*name])).collect(),
+            parameters: self.parameters.iter().map(|name| parameter_cell(&row.parameters[*name])).collect(),
             verdict: match row.passed {
                 Some(true) => ["kept", "kept"],
                 Some(false) => ["broken", "broken"],
                 None => ["none", words::NOTHING],
             },
-            is_front: self.is_front[i],
+            is_front: self.is_front(i),
             cells: self.metrics.iter().map(cell).collect(),
         }
     }
@@ -325,11 +316,9 @@ fn short(metric: MetricId) -> &'static str {
     metric.name.split(" (").next().unwrap_or_default()
 }
 
-/// Returns the text of a parameter and its sort key.
-fn text_and_key(value: &Value) -> [String; 2] {
+fn parameter_cell(value: &Value) -> Cell {
     let text = shown(value);
-    let key = value.as_f64().map_or_else(|| text.clone(), |number| format!("{number:e}"));
-    [text, key]
+    Cell { key: value.as_f64().map_or_else(|| text.clone(), Cell::key), text }
 }
 
 /// Returns a title with its unit: `Porosity (%)`.

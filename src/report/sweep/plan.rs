@@ -290,10 +290,10 @@ fn values(value: &Value) -> Result<Vec<Value>, String> {
 fn texts(kind: &ModelKind, parameters: &Map<String, Value>) -> Vec<(String, String)> {
     let short = |part: &str| part.trim().parse().map_or(part.to_owned(), |number: f64| number.to_string());
     let text = |name: &str, value: &Value| kind.in_millimetres(name, &shown(value));
-    let one = |(name, value): (&String, &Value)| {
+    let normal = |(name, value): (&String, &Value)| {
         (name.clone(), text(name, value).split(',').map(short).collect::<Vec<_>>().join(","))
     };
-    parameters.iter().map(one).collect()
+    parameters.iter().map(normal).collect()
 }
 
 /// Returns a model with parameters.

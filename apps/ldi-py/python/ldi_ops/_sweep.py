@@ -76,9 +76,9 @@ def sweep(
     sweep_page("", "[]", objectives)  # Refuses names that no metric has before anything is measured.
     parts = path.with_name(path.name + ".parts")
     rows = _finished(path, parts, set(keys))
-    missing = [(key, design) for key, design in zip(keys, designs, strict=True) if key not in rows]
     threads = threads if threads is not None else threads_of_worker(executor)
-    calls = {key: (design, make, limits, settings) for key, design in missing}
+    wanted = zip(keys, designs, strict=True)
+    calls = {key: (design, make, limits, settings) for key, design in wanted if key not in rows}
     parts.mkdir(parents=True, exist_ok=True)
     with reporting("sweep", "designs") as report:
         for key, row in results(measure, calls, executor, threads, GO_ON):
@@ -235,7 +235,7 @@ def _column(pyarrow: Any, values: list[Any]) -> tuple[Any, list[Any]]:
 
 def _shown(value: Any) -> str:
     """Returns a parameter as the page shows it: 0.4, or 2,2,3 of a list."""
-    return ",".join(map(_shown, value)) if isinstance(value, list) else str(value)
+    return ",".join(map(_shown, value)) if isinstance(value, list) else value if isinstance(value, str) else json.dumps(value)
 
 
 def _table(pyarrow: Any, rows: list[dict[str, Any]]) -> Any:
