@@ -32,6 +32,7 @@ from ._native import Shape as Shape
 from ._native import Solid as Solid
 from ._native import Volume as Volume
 from ._options import options as options
+from ._settings import MetricsSettings as MetricsSettings
 from ._settings import Settings as Settings
 from ._sweep import read_sweep as read_sweep
 from ._sweep import sweep as sweep

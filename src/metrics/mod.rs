@@ -99,6 +99,10 @@ pub enum BoundaryCondition {
 }
 
 impl BoundaryCondition {
+    /// All of them.
+    pub const ALL: [BoundaryCondition; 3] =
+        [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border];
+
     /// Returns `clip`, `periodic` or `border`.
     pub const fn name(self) -> &'static str {
         match self {

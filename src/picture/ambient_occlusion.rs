@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 use super::fragments::Fragment;
 use super::scene::Scene;
+use crate::cancel::checkpoint;
 
 /// The light that reaches a fragment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,6 +154,7 @@ impl Volume {
         let mut shares = vec![0.0f32; nz];
         let mut cells = vec![0; nx * nz];
         for x in 0..nx {
+            checkpoint();
             let first = left + x as u32 * side;
             let rays = |from: u32, most: u32| (from..(from + side).min(most)).step_by(stride as usize);
             shares.fill(0.0);
@@ -187,6 +189,7 @@ impl Volume {
         let mut below = Slice::bright(nx, ny);
         let mut arrived = vec![255; points.len()];
         for z in (0..nz).rev() {
+            checkpoint();
             // The light of a slice is that at its middle.
             for &i in order.of_slice(z) {
                 let p = points[i as usize];

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::normals::Normals;
 use super::scene::{Hit, Scene};
+use crate::cancel::checkpoint;
 
 /// A piece of surface in a pixel.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +85,7 @@ impl<'s> Band<'s> {
         let scale = 1.0 / (1u64 << scene.camera.grid().shift()) as f32;
         let (mut hits, mut depths) = (Vec::new(), Vec::new());
         for y in (i64::from(rows.start) - 1) * s..(i64::from(rows.end) + 1) * s {
+            checkpoint();
             for x in -s..(i64::from(format.width) + 1) * s {
                 let ray = match (u32::try_from(x), u32::try_from(y)) {
                     (Ok(x), Ok(y)) if y < format.height * format.supersampling => scene.camera.ray(x, y),
@@ -107,6 +109,7 @@ impl<'s> Band<'s> {
         let s = format.supersampling;
         let (mut all, mut ends) = (Vec::new(), Vec::new());
         for y in self.rows.clone() {
+            checkpoint();
             for x in 0..format.width {
                 let first = all.len();
                 for (dy, dx) in (0..s).flat_map(|dy| (0..s).map(move |dx| (dy, dx))) {

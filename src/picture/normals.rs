@@ -9,6 +9,7 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::scene::Skin;
+use crate::cancel::checkpoint;
 
 /// The shading of the facets of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,12 +94,14 @@ fn corner_normals(skin: &Skin) -> Vec<[Vec3; 3]> {
         .into_par_iter()
         .with_min_len(CHUNK)
         .map(|t| {
+            checkpoint();
             let [a, b, c] = corners_of(skin, t);
             cross(a, b, c).normalize_or_zero()
         })
         .collect();
     let fans = Fans::of(skin);
     let normals = |t: usize| -> [Vec3; 3] {
+        checkpoint();
         std::array::from_fn(|corner| {
             let own = faces[t];
             let fan = fans.around(skin.triangles[t][corner]);

@@ -130,20 +130,23 @@ impl fmt::Display for Metric {
 
 impl ReportBuilder {
     /// Measures within a closed solid: the bone around the scaffold.
-    pub fn region(mut self, region: &Solid) -> Self {
-        self.region = Some(Roi::Solid(region.clone()));
-        self
+    pub fn region(self, region: &Solid) -> Self {
+        self.within(Roi::Solid(region.clone()))
     }
 
     /// Measures within the convex hull of the solid.
-    pub fn within_hull(mut self) -> Self {
-        self.region = Some(Roi::Hull);
-        self
+    pub fn within_hull(self) -> Self {
+        self.within(Roi::Hull)
     }
 
     /// Measures within the solid with all pores filled that a ball of a diameter from outside cannot enter.
-    pub fn within_wrap(mut self, diameter: f64) -> Self {
-        self.region = Some(Roi::Wrap(Some(Length { value: diameter, unit: None })));
+    pub fn within_wrap(self, diameter: f64) -> Self {
+        self.within(Roi::Wrap(Some(Length { value: diameter, unit: None })))
+    }
+
+    /// Measures within a region of interest.
+    pub fn within(mut self, region: Roi<Solid>) -> Self {
+        self.region = Some(region);
         self
     }
 

@@ -66,6 +66,37 @@ pub enum Roi<S = Input> {
     Wrap(Option<Length>),
 }
 
+impl<S> Roi<S> {
+    /// Reads a region that follows the solid: `hull`, `wrap` or `wrap:2mm`; `None` of other texts, which name solids.
+    ///
+    /// # Errors
+    /// A diameter that is not a positive length.
+    pub fn following(text: &str) -> Result<Option<Roi<S>>, String> {
+        let diameter = match text {
+            "hull" => return Ok(Some(Roi::Hull)),
+            "wrap" => return Ok(Some(Roi::Wrap(None))),
+            _ => match text.strip_prefix("wrap:") {
+                Some(diameter) => diameter.parse::<Length>()?,
+                None => return Ok(None),
+            },
+        };
+        match diameter.value.is_finite() && diameter.value > 0.0 {
+            true => Ok(Some(Roi::Wrap(Some(diameter)))),
+            false => Err("the diameter is not a positive number".to_owned()),
+        }
+    }
+}
+
+/// The names of directions.
+pub const DIRECTIONS: [(&str, DVec3); 6] = [
+    ("x", DVec3::X),
+    ("y", DVec3::Y),
+    ("z", DVec3::Z),
+    ("-x", DVec3::NEG_X),
+    ("-y", DVec3::NEG_Y),
+    ("-z", DVec3::NEG_Z),
+];
+
 /// The settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct Settings {

@@ -130,6 +130,9 @@ impl Vertex {
     }
 }
 
+/// Least number of vertices or quadrilaterals in one task: when the operation is stopped, each task that has begun unwinds.
+const CHUNK: usize = 1 << 12;
+
 fn free_axes(low: DVec3, high: DVec3) -> DVec3 {
     DVec3::select(low.cmplt(high), DVec3::ONE, DVec3::ZERO)
 }
@@ -388,6 +391,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         (1..self.nodes[2] - 1)
             .into_par_iter()
             .flat_map_iter(|z| {
+                checkpoint();
                 // Edges of plane z and those that rise from it touch only the cells below and above the plane.
                 let index = |layer: &Layer| {
                     let mut at = vec![u32::MAX; cx * cy];
@@ -442,6 +446,7 @@ impl<'a, S: Implicit> Grid<'a, S> {
         for _ in 0..RELAXATIONS {
             positions = vertices
                 .par_iter()
+                .with_min_len(CHUNK)
                 .enumerate()
                 .map(|(i, vertex)| {
                     checkpoint();
@@ -499,7 +504,9 @@ fn undo_poor(placed: &[DVec3], relaxed: &mut [DVec3], quads: &[[u32; 4]]) {
     loop {
         let poor: Vec<u32> = quads
             .par_iter()
+            .with_min_len(CHUNK)
             .filter(|&&quad| {
+                checkpoint();
                 let moved = quad.iter().any(|&v| placed[v as usize] != relaxed[v as usize]);
                 let quality = split(relaxed, quad).0;
                 moved && quality < POOR_QUALITY && quality < split(placed, quad).0

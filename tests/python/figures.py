@@ -10,7 +10,7 @@ import multiprocessing
 import subprocess
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -59,23 +59,33 @@ def voxels() -> None:
 
 
 def workers(designs: int, folder: Path) -> None:
-    """A sweep with one worker and with two, of one thread each."""
-    grid = {"wall": [round(0.5 + 0.6 * i / designs, 4) for i in range(designs)], "cells": [2], "cell_size": [4]}
-    taken = {}
-    for count in (1, 2):
+    """A sweep of bars, 128 rays long and 16 wide, with 1, 2 and 4 workers of one thread and through Dask."""
+    from distributed import Client, LocalCluster
+
+    grid = {"size": [(16, 2, 2)], "hollow": [(round(2 + 13 * i / designs, 4), 1, 1) for i in range(designs)]}
+    taken, files = {}, set()
+
+    def swept(name: str, executor: Executor) -> None:
+        out = folder / f"{name}.parquet"
+        start = time.perf_counter()
+        ldi.sweep("hollow_box", grid, out=out, executor=executor, threads=1, resolution=128)
+        taken[name] = time.perf_counter() - start
+        files.add(out.read_bytes())
+        print(f"{designs} designs at 128 rays, {name}: {taken[name]:.1f} s", flush=True)
+
+    for count in (1, 2, 4):
         with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
             list(executor.map(abs, range(count)))
-            start = time.perf_counter()
-            ldi.sweep("gyroid", grid, out=folder / f"{count}.parquet", executor=executor, threads=1, resolution=128)
-            taken[count] = time.perf_counter() - start
-    same = (folder / "1.parquet").read_bytes() == (folder / "2.parquet").read_bytes()
-    print(f"{designs} designs at 128 rays: 1 worker {taken[1]:.1f} s, 2 workers {taken[2]:.1f} s, {taken[1] / taken[2]:.2f} times; same bytes: {same}")
+            swept(f"{count} workers", executor)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        swept("2 workers of Dask", client.get_executor())
+    print(f"2 workers are {taken['1 workers'] / taken['2 workers']:.2f} times as fast as 1; same bytes: {len(files) == 1}")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("program")
-    parser.add_argument("--designs", type=int, default=16)
+    parser.add_argument("--designs", type=int, default=200)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         volume_of_arrays(arguments.program, Path(folder))

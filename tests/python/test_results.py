@@ -146,6 +146,25 @@ def test_metrics_are_a_mapping_with_bounds_and_units(tmp_path, gyroid, bone):
     assert metrics.passed is None
 
 
+def test_metrics_take_the_regions_and_settings_of_reports():
+    box = ldi.hollow_box(size=(3, 3, 3), hollow=(1, 1, 1))
+    whole, wrapped, hull = (box.metrics(region=region, view=False, resolution=24) for region in (None, "wrap:2mm", "hull"))
+    # The hollow is a pore within the box and its hull; a ball from outside does not reach it.
+    for metrics in (whole, wrapped, hull):
+        assert metrics["porosity"].value == pytest.approx(1 / 27, abs=0.01)
+    lattice = ldi.cubic(cells=2, cell_size=4, radius=0.6, resolution=12)
+    usual = lattice.metrics(view=False, resolution=24)
+    for name, settings in [
+        ("pore.thickness.mean", {"edges": "clip"}),
+        ("tortuosity.pore.diffusive.x", {"tortuosity_resolution": 8}),
+        ("overhang", {"overhang_angle": 90}),
+    ]:
+        assert usual[name].value != lattice.metrics(view=False, resolution=24, **settings)[name].value, name
+    for wrong in ({"edges": "open"}, {"build": "up"}, {"region": "wrap:0"}, {"region": "box"}, {"tortuosity_resolution": 1}):
+        with pytest.raises(ldi.UsageError):
+            box.metrics(resolution=24, **wrong)
+
+
 def test_limits_are_kept_or_broken():
     cube = ldi.hollow_box(size=(3, 3, 3), hollow=(1, 1, 1))
     kept = cube.metrics(limits={"porosity": {"max": "50 %"}}, resolution=24)

@@ -140,6 +140,7 @@ fn swept(result: &Swept) -> Value {
         "missing": result.missing,
         "failed": result.failed().count(),
         "kept": result.kept(),
+        "unresolved": result.unresolved,
         "front": result.front.iter().map(|&i| &result.rows[i]).collect::<Vec<_>>(),
         "written": result.written.iter().map(|file| path(file)).collect::<Vec<_>>(),
     })

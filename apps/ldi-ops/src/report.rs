@@ -90,7 +90,7 @@ fn reported(result: &Reported) -> String {
 
 /// Returns the text of `sweep`.
 fn swept(result: &Swept) -> String {
-    let Swept { title, chosen, measured, rows, missing, front, written } = result;
+    let Swept { title, chosen, measured, is_older, rows, missing, front, unresolved, written } = result;
     let mut table = Table::default();
     let part =
         if *missing == 0 && rows.len() == *chosen { String::new() } else { format!(" of {chosen} of this part") };
@@ -100,7 +100,8 @@ fn swept(result: &Swept) -> String {
         table.more(format_args!("{failed} failed"));
     }
     if *missing > 0 {
-        table.more(format_args!("{missing} of other parts are not measured yet: no table until then"));
+        let table_of = if *is_older { "the table in the folder is of an earlier run" } else { "no table until then" };
+        table.more(format_args!("{missing} of other parts are not measured yet: {table_of}"));
     }
     if let Some(kept) = result.kept() {
         table.line("limits", format_args!("{kept} of {} designs keep them", rows.len() - failed));
@@ -108,6 +109,14 @@ fn swept(result: &Swept) -> String {
     if *missing == 0 {
         let plural = if front.len() == 1 { "" } else { "s" };
         table.line("front", format_args!("{} design{plural} that no other dominates", front.len()));
+    }
+    if *unresolved > 0 {
+        table.more(format_args!("{unresolved} left out, whose values the raster does not resolve: raise resolution"));
+    }
+    let warnings = result.warnings().into_iter().map(|(code, count)| format!("{code} in {count}"));
+    let warnings: Vec<String> = warnings.collect();
+    if !warnings.is_empty() {
+        table.line("warnings", warnings.join(", "));
     }
     for (i, path) in written.iter().enumerate() {
         table.line(if i == 0 { "written" } else { "" }, path.display());

@@ -112,7 +112,7 @@ fn settings(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Settings<'
 }
 
 /// Returns a number of rays or voxels.
-fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
+pub fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> {
     match value.extract::<u32>() {
         Err(error) if error.is_instance_of::<PyOverflowError>(py) => {
             Err(usage(py, format!("{name}={value}: a number between 1 and {}", u32::MAX)))
@@ -123,7 +123,7 @@ fn count(py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<u32> 
 
 /// Returns a fill rule by its name.
 pub fn fill_rule(py: Python<'_>, name: &str) -> PyResult<FillRule> {
-    one_of(py, "fill", name, &[("even-odd", FillRule::EvenOdd), ("non-zero", FillRule::NonZero)])
+    one_of(py, "fill", name, &[("even-odd", FillRule::EvenOdd), ("nonzero", FillRule::NonZero)])
 }
 
 /// Returns a unit of length by its name.

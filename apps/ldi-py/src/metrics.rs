@@ -2,17 +2,19 @@
 
 use std::path::PathBuf;
 
-use ldi_ops::report::id;
+use glam::DVec3;
+use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::report::scaffold_report::{self, Status};
 use ldi_ops::report::sweep::row::Row;
 use ldi_ops::report::sweep::{self, Objective};
+use ldi_ops::report::{DIRECTIONS, ReportBuilder, Roi, Settings, id};
 use ldi_ops::{Limits, Report};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::{exception, usage};
-use crate::keywords::Call;
+use crate::keywords::{Call, count, one_of};
 use crate::shape::Shape;
 
 /// A metric: a number with its meaning, error, bounds and unit. `float(metric)` is the value, NaN where there is none.
@@ -57,12 +59,15 @@ pub fn measured(
 ) -> PyResult<Metrics> {
     let limits = limits.map(|limits| read_limits(py, limits)).transpose()?;
     let region = region.map(|region| read_region(py, region)).transpose()?;
-    let report = shape.call(py, settings)?.without_bounds().run(py, |settings| {
-        let mut builder = Report::of(&shape.shape.solid(settings)?.named(shape.text()));
+    let keywords = settings.map(|settings| settings.copy()).transpose()?;
+    let course = keywords.as_ref().map(|keywords| course(py, keywords)).transpose()?.unwrap_or_default();
+    let report = shape.call(py, keywords.as_ref())?.without_bounds().run(py, |settings| {
+        let mut builder = course.of(Report::of(&shape.shape.solid(settings)?.named(shape.text())));
         builder = match region {
             None => builder,
-            Some(Region::Hull) => builder.within_hull(),
-            Some(Region::Shape(region)) => builder.region(&region.solid(settings)?),
+            Some(Roi::Solid(region)) => builder.region(&region.solid(settings)?),
+            Some(Roi::Hull) => builder.within_hull(),
+            Some(Roi::Wrap(diameter)) => builder.within(Roi::Wrap(diameter)),
         };
         if let Some(limits) = &limits {
             builder = builder.limits(limits);
@@ -75,20 +80,51 @@ pub fn measured(
     Ok(Metrics { report: report? })
 }
 
-/// The region of a measurement.
-enum Region {
-    Hull,
-    Shape(ldi_ops::Shape),
+/// The keywords of metrics alone; `MetricsSettings` in the stubs documents them.
+#[derive(Default)]
+struct Course {
+    edges: Option<BoundaryCondition>,
+    tortuosity_rays: Option<u32>,
+    printed: Option<(DVec3, f64)>,
 }
 
-fn read_region(py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Region> {
+impl Course {
+    fn of(&self, builder: ReportBuilder) -> ReportBuilder {
+        let builder = self.edges.into_iter().fold(builder, ReportBuilder::edges);
+        let builder = self.tortuosity_rays.into_iter().fold(builder, ReportBuilder::tortuosity_rays);
+        self.printed.into_iter().fold(builder, |builder, (up, angle)| builder.printed(up, angle))
+    }
+}
+
+/// Takes the keywords of metrics out of those of a call.
+fn course(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Course> {
+    let take = |name: &str| -> PyResult<Option<Bound<'_, PyAny>>> {
+        let value = keywords.get_item(name)?;
+        if value.is_some() {
+            keywords.del_item(name)?;
+        }
+        Ok(value.filter(|value| !value.is_none()))
+    };
+    let word = |name| take(name)?.map(|value| value.extract::<String>()).transpose();
+    let edges = BoundaryCondition::ALL.map(|edges| (edges.name(), edges));
+    let edges = word("edges")?.map(|word| one_of(py, "edges", &word, &edges)).transpose()?;
+    let up = word("build")?.map(|word| one_of(py, "build", &word, &DIRECTIONS)).transpose()?;
+    let angle = take("overhang_angle")?.map(|angle| angle.extract::<f64>()).transpose()?;
+    let usual = Settings::default();
+    let printed =
+        (up.is_some() || angle.is_some()).then(|| (up.unwrap_or(usual.build), angle.unwrap_or(usual.overhang_angle)));
+    let rays = take("tortuosity_resolution")?.map(|rays| count(py, "tortuosity_resolution", &rays)).transpose()?;
+    Ok(Course { edges, tortuosity_rays: rays, printed })
+}
+
+fn read_region(py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Roi<ldi_ops::Shape>> {
     if let Ok(shape) = region.cast::<Shape>() {
-        return Ok(Region::Shape(shape.get().shape.clone()));
+        return Ok(Roi::Solid(shape.get().shape.clone()));
     }
-    match region.extract::<String>() {
-        Ok(word) if word == "hull" => Ok(Region::Hull),
-        _ => Err(usage(py, "a region is a Shape, or 'hull'")),
-    }
+    let wrong = || usage(py, "a region is a Shape, 'hull', 'wrap', or 'wrap:2mm' with the diameter of a ball");
+    let word: String = region.extract().map_err(|_| wrong())?;
+    let read = Roi::following(&word).map_err(|problem| usage(py, format!("region '{word}': {problem}")))?;
+    read.ok_or_else(wrong)
 }
 
 fn read_limits(py: Python<'_>, limits: &Bound<'_, PyAny>) -> PyResult<Limits> {

@@ -190,7 +190,8 @@ impl Shape {
         })
     }
 
-    /// The metrics of the shape as a scaffold, within its box, or within a region: a shape, or 'hull' for the convex hull.
+    /// The metrics of the shape as a scaffold, within its box, or within a region: a shape; 'hull' for the convex hull; or 'wrap:2mm'
+    /// for the shape with all pores filled that a ball of this diameter from outside cannot enter ('wrap' chooses one).
     ///
     /// `limits` is a TOML file, or a dict such as {'porosity': {'min': '50 %'}}. `view=False` leaves out the picture of the solid
     /// in the page of `Metrics.save`, which takes seconds.

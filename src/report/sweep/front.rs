@@ -79,6 +79,13 @@ fn flat<'w>(path: &str, words: &'w Map<String, Value>) -> Vec<(String, &'w Value
     words.iter().flat_map(entries).collect()
 }
 
+/// Returns the number of designs that would take part in the front if the raster resolved all objectives.
+pub fn unresolved(rows: &[Row], objectives: &[Objective]) -> usize {
+    let takes_part = |row: &&Row| !row.is_failed() && row.passed != Some(false);
+    let has_none = |row: &&Row| objectives.iter().any(|objective| objective.cost(row).is_none());
+    rows.iter().filter(takes_part).filter(has_none).count()
+}
+
 /// Returns the places of the designs that no other dominates: none is at least as good in all objectives and better in one. Designs
 /// that break a limit, or lack a value of an objective that the raster resolves, take no part.
 pub fn front(rows: &[Row], objectives: &[Objective]) -> Vec<usize> {
@@ -114,11 +121,13 @@ mod tests {
         let metrics = [("porosity", cell(porosity)), ("wall.thinnest", cell(Some(wall)))];
         Row {
             design: String::new(),
+            plan: Map::new(),
             parameters: Map::new(),
             error: None,
             passed,
             length_unit: None,
             version: String::new(),
+            warnings: Vec::new(),
             metrics: BTreeMap::from(metrics.map(|(id, cell)| (id.to_owned(), cell))),
         }
     }
@@ -136,6 +145,7 @@ mod tests {
         let mut rows = rows.to_vec();
         rows.push(row(Some(0.7), 0.7, None));
         rows[6].metrics.get_mut("wall.thinnest").unwrap().status = Status::NotResolved;
+        assert_eq!(unresolved(&rows, &Objective::defaults()), 2);
         assert_eq!(front(&rows, &Objective::defaults()), [0, 1, 5]);
         let least: Map<String, Value> = serde_json::from_str(r#"{"porosity": "min"}"#).unwrap();
         assert_eq!(

@@ -68,12 +68,16 @@ pub struct Swept {
     pub chosen: usize,
     /// How many of them this run measured.
     pub measured: usize,
+    /// Whether the folder holds table and page of an earlier run, while designs are missing.
+    pub is_older: bool,
     /// The rows of all designs, or of this part while others have none, in the order of the plan.
     pub rows: Vec<Row>,
     /// The number of designs without a row that can be read, of other parts.
     pub missing: usize,
     /// The designs that no other dominates in all objectives: places in `rows`.
     pub front: Vec<usize>,
+    /// The number of designs that take no part in the front because the raster does not resolve an objective.
+    pub unresolved: usize,
     /// The page and the table, once all designs have rows.
     pub written: Vec<PathBuf>,
 }
@@ -83,6 +87,18 @@ impl Swept {
     pub fn kept(&self) -> Option<usize> {
         let judged = self.rows.iter().any(|row| row.passed.is_some());
         judged.then(|| self.rows.iter().filter(|row| row.passed == Some(true)).count())
+    }
+
+    /// Returns the codes of warnings, each with the number of designs that have it, in the order of the rows.
+    pub fn warnings(&self) -> Vec<(&str, usize)> {
+        let mut counts: Vec<(&str, usize)> = Vec::new();
+        for code in self.rows.iter().flat_map(Row::warning_codes) {
+            match counts.iter_mut().find(|(known, _)| *known == code) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((code, 1)),
+            }
+        }
+        counts
     }
 
     /// Returns the rows of designs that could not be measured.
@@ -120,6 +136,7 @@ pub fn sweep_files(job: &SweepJob, progress: &Monitor) -> Result<Swept, Error> {
     }
     progress.expect(missing.len())?;
     let mut faults: Vec<(&Design, Error)> = Vec::new();
+    let mut measured = 0;
     for (i, design) in missing.iter().enumerate() {
         progress.stage(format!("design {} of {}: {design}", i + 1, missing.len()))?;
         match plan.measure(design, &job.backend, job.memory) {
@@ -127,7 +144,10 @@ pub fn sweep_files(job: &SweepJob, progress: &Monitor) -> Result<Swept, Error> {
             Err(error) if error.kind() == ErrorKind::Machine => faults.push((design, error)),
             // Another process may have measured it meanwhile.
             Err(_) if is_measured(design) => {}
-            report => row::write(&folder, &Row::of(design, report))?,
+            report => {
+                measured += usize::from(report.is_ok());
+                row::write(&folder, &Row::of(&plan, design, report))?;
+            }
         }
         progress.step()?;
     }
@@ -147,14 +167,23 @@ pub fn sweep_files(job: &SweepJob, progress: &Monitor) -> Result<Swept, Error> {
     if left == 0 {
         front = front::front(&rows, plan.objectives());
         let page = page::html(plan.title(), &rows, plan.objectives(), &front);
-        for (name, text) in [(PAGE, page), (TABLE, table::csv(&rows))] {
+        for (name, text) in [(PAGE, page), (TABLE, table::csv(&rows, &front))] {
             let path = job.folder.join(name);
             output::replace(&path, |file| file.write_all(text.as_bytes()))?;
             written.push(path);
         }
     }
-    let title = plan.title().to_owned();
-    Ok(Swept { title, chosen: chosen.len(), measured: missing.len(), rows, missing: left, front, written })
+    Ok(Swept {
+        title: plan.title().to_owned(),
+        chosen: chosen.len(),
+        measured,
+        is_older: left > 0 && job.folder.join(TABLE).exists(),
+        missing: left,
+        front,
+        unresolved: if left == 0 { front::unresolved(&rows, plan.objectives()) } else { 0 },
+        rows,
+        written,
+    })
 }
 
 /// Returns the designs of a part, in the order of the plan.
@@ -200,14 +229,14 @@ mod tests {
         };
         let run = |job: &SweepJob| sweep_files(job, &Monitor::new(None)).unwrap();
         let whole = run(&job("whole", None));
-        assert_eq!((whole.chosen, whole.measured, whole.missing, whole.written.len()), (6, 6, 0, 2));
+        assert_eq!((whole.chosen, whole.measured, whole.missing, whole.written.len()), (6, 4, 0, 2));
         // A hollow of 9 does not fit into the boxes.
         assert_eq!(whole.failed().count(), 2);
         let porosity = whole.rows[0].metrics["porosity"].value.unwrap();
         assert!((porosity - 1.0 / 27.0).abs() < 1e-6, "{porosity}");
 
         let first = run(&job("parts", Some("1/2")));
-        assert_eq!((first.chosen, first.measured, first.missing, first.written.len()), (3, 3, 3, 0));
+        assert_eq!((first.chosen, first.missing, first.written.len()), (3, 3, 0));
         let second = run(&job("parts", Some("2/2")));
         assert_eq!((second.missing, second.written.len()), (0, 2));
         for name in [PAGE, TABLE] {
@@ -219,7 +248,7 @@ mod tests {
         let row = |row: &Row| folder.path().join("parts").join(ROWS).join(format!("{}.json", row.design));
         fs::write(row(&whole.rows[0]), "{\"design\": ").unwrap();
         let again = run(&job("parts", None));
-        assert_eq!((again.measured, again.rows == whole.rows), (3, true));
+        assert_eq!((again.measured, again.rows == whole.rows), (1, true));
 
         // One of another part is missing until that part runs again.
         fs::write(row(&first.rows[0]), "").unwrap();

@@ -3,7 +3,7 @@
 use askama::Template;
 use serde_json::Value;
 
-use super::front::{Direction, Objective};
+use super::front::{Direction, Objective, unresolved};
 use super::row::{Row, length_unit, named, shown};
 use crate::mesh::LengthUnit;
 use crate::report::id::{self, MetricId, Statistic};
@@ -45,12 +45,14 @@ struct Page<'s> {
     title: &'s str,
     headline: String,
     state: &'static str,
-    /// The parameters that all designs share.
+    /// The parameters that all designs share, and what they are measured by.
     fixed: String,
     objectives: String,
     fronts: Vec<String>,
     front: Vec<String>,
     front_left_out: usize,
+    /// The designs that take no part in the front because of the raster.
+    unresolved: usize,
     parallel: Option<String>,
     parameters: Vec<Parameter<'s>>,
     columns: Vec<Column>,
@@ -74,6 +76,8 @@ struct Line {
     /// The state and the word of the limits.
     verdict: [&'static str; 2],
     is_front: bool,
+    /// The number of warnings, and their texts.
+    warnings: (usize, String),
     cells: Vec<Cell>,
 }
 
@@ -116,6 +120,7 @@ pub fn html(title: &str, rows: &[Row], objectives: &[Objective], front: &[usize]
         objectives: objectives.iter().map(wanted).collect::<Vec<_>>().join(", "),
         fronts: designs.fronts(),
         front: designs.front.iter().take(MOST_OF_FRONT).map(|&i| designs.sentence(i)).collect(),
+        unresolved: unresolved(rows, objectives),
         front_left_out: designs.front.len().saturating_sub(MOST_OF_FRONT),
         parallel: designs.parallel(),
         columns: designs.metrics.iter().map(|&metric| designs.column(metric)).collect(),
@@ -174,11 +179,16 @@ impl<'s> Designs<'s> {
         metric.quantity.of(self.length)
     }
 
-    /// Returns the parameters that all designs share.
+    /// Returns the parameters that all designs share, and what they are measured by.
     fn fixed(&self) -> Vec<String> {
         let Some(first) = self.rows.first() else { return Vec::new() };
         let shared = first.parameters.iter().filter(|(name, _)| !self.parameters.contains(&name.as_str()));
-        shared.map(|parameter| named([parameter])).collect()
+        let facts = first.plan.iter().filter(|(name, _)| !["model", "make"].contains(&name.as_str()));
+        let facts = facts.flat_map(|(name, fact)| match fact {
+            Value::Object(settings) => settings.iter().collect(),
+            fact => vec![(name, fact)],
+        });
+        shared.chain(facts).map(|parameter| named([parameter])).collect()
     }
 
     /// Returns the name of a design: its number and the parameters that differ.
@@ -306,6 +316,10 @@ impl<'s> Designs<'s> {
                 None => ["none", words::NOTHING],
             },
             is_front: self.is_front(i),
+            warnings: (
+                row.warnings.len(),
+                row.warnings.iter().map(|[_, message]| message.as_str()).collect::<Vec<_>>().join("\n"),
+            ),
             cells: self.metrics.iter().map(cell).collect(),
         }
     }

@@ -17,8 +17,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::front::Objective;
@@ -28,7 +27,7 @@ use crate::driver::job::Backend;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::metrics::BoundaryCondition;
-use crate::report::{ReportBuilder, Settings as Course};
+use crate::report::{DIRECTIONS, ReportBuilder, Roi, Settings as Course};
 use crate::solids::{Model, ModelKind, SolidError};
 use crate::{Error, FillRule, Limits, Report, Settings, Solid, input, unit};
 
@@ -58,16 +57,12 @@ impl fmt::Display for Design {
 pub struct Plan {
     kind: &'static ModelKind,
     title: String,
+    facts: Map<String, Value>,
     designs: Vec<Design>,
     objectives: Vec<Objective>,
     measurement: Measurement,
     limits: Option<Limits>,
-    region: Option<Region>,
-}
-
-enum Region {
-    Hull,
-    Solid(Box<Solid>),
+    region: Option<Roi<Solid>>,
 }
 
 /// The text of a plan.
@@ -80,7 +75,7 @@ struct File {
     #[serde(default)]
     design: Vec<Map<String, Value>>,
     limits: Option<PathBuf>,
-    region: Option<PathBuf>,
+    region: Option<String>,
     unit: Option<String>,
     #[serde(default)]
     pareto: Map<String, Value>,
@@ -89,7 +84,7 @@ struct File {
 }
 
 /// The settings of a plan: options of `report`.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct SettingsText {
     resolution: Option<u32>,
@@ -130,15 +125,16 @@ impl Plan {
         let mut hashes: Vec<String> = file.limits.as_deref().map(hash).transpose()?.into_iter().collect();
         let stated = file.unit.as_deref().map(unit::parse).transpose();
         let stated = stated.map_err(|problem| fault(format!("unit: {problem}")))?;
-        let region = match &file.region {
-            Some(name) if name.as_os_str() != "hull" => {
-                hashes.push(hash(name)?);
-                let solid = Solid::open(beside(name))?;
-                Some(Region::Solid(Box::new(with_unit(solid, stated).map_err(fault)?)))
+        let following = Roi::following(file.region.as_deref().unwrap_or_default());
+        let region = match (&file.region, following.map_err(|problem| fault(format!("region: {problem}")))?) {
+            (Some(name), None) => {
+                hashes.push(hash(Path::new(name))?);
+                Some(Roi::Solid(with_unit(Solid::open(beside(Path::new(name)))?, stated).map_err(fault)?))
             }
-            _ if stated.is_some() => return Err(fault("unit is that of a region, and there is none".to_owned())),
-            None => None,
-            Some(_) => Some(Region::Hull),
+            _ if stated.is_some() => {
+                return Err(fault("unit is that of a file as region, and there is none".to_owned()));
+            }
+            (_, following) => following,
         };
         hashes.extend(file.unit.clone());
         file.plan(limits, region, hashes).map_err(fault)
@@ -152,6 +148,11 @@ impl Plan {
     /// Returns the number of designs and the model in words.
     pub fn title(&self) -> &str {
         &self.title
+    }
+
+    /// Returns what all designs are measured by, as the file says it.
+    pub fn facts(&self) -> &Map<String, Value> {
+        &self.facts
     }
 
     /// Returns what designs are compared by.
@@ -168,11 +169,7 @@ impl Plan {
         let solid = Solid::from_triangles(mesh.positions, mesh.triangles)?.named(self.kind.name);
         let solid = solid.unit(LengthUnit::Millimetre);
         let mut builder = Report::of(&solid).course(self.measurement.course.clone());
-        builder = match &self.region {
-            None => builder,
-            Some(Region::Hull) => builder.within_hull(),
-            Some(Region::Solid(region)) => builder.region(region),
-        };
+        builder = self.region.iter().cloned().fold(builder, ReportBuilder::within);
         builder = self.limits.iter().fold(builder, ReportBuilder::limits);
         let settings = self.measurement.settings.clone().backend(backend.clone());
         builder.measure(&memory.into_iter().fold(settings, Settings::memory_limit))
@@ -181,7 +178,7 @@ impl Plan {
 
 impl File {
     /// Returns the plan; `files` stands for the contents of limits and region.
-    fn plan(self, limits: Option<Limits>, region: Option<Region>, files: Vec<String>) -> Result<Plan, String> {
+    fn plan(self, limits: Option<Limits>, region: Option<Roi<Solid>>, files: Vec<String>) -> Result<Plan, String> {
         let measurement = self.settings.measurement()?;
         measurement.course.check(region.is_some()).map_err(|problem| format!("settings: {problem}"))?;
         let objectives = Objective::read(&self.pareto)?;
@@ -193,28 +190,41 @@ impl File {
             env!("CARGO_PKG_VERSION"),
             kind.name,
             format!("{:?} {:?}", measurement.settings.spacing(), measurement.course),
-            matches!(region, Some(Region::Hull)),
+            self.region.as_ref().filter(|_| !matches!(region, Some(Roi::Solid(_)))),
             files,
         ]);
+        let lists = "; a list has several values, and a value of several numbers is a list in it: [[1, 1, 2]]";
+        let has_list = self.parameters.values().any(Value::is_array);
+        let hint = if has_list { lists } else { "" };
         let mut seen = HashSet::new();
         let mut designs = Vec::new();
-        for parameters in self.designs()? {
+        for parameters in self.designs(kind)? {
             // Neither the order of the parameters nor the way in which a number is written makes another design.
             let texts: BTreeMap<String, String> = texts(kind, &parameters).into_iter().collect();
             let key = sha256(json!([common, texts]).to_string().as_bytes())[..16].to_owned();
             let design = Design { key, parameters };
-            model(kind, &design.parameters).map_err(|error| format!("{design}: {error}"))?;
+            if let Some((name, _)) = design.parameters.iter().find(|(_, value)| value.is_null()) {
+                return Err(format!("{name} is not a finite number"));
+            }
+            model(kind, &design.parameters).map_err(|error| format!("{design}: {error}{hint}"))?;
             if !seen.insert(design.key.clone()) {
-                return Err(format!("two designs have the parameters {design}"));
+                return Err(format!("two designs have the parameters {design}{hint}"));
             }
             designs.push(design);
         }
+        let facts = self.facts();
         let title = format!("{} design{} of {}", designs.len(), if designs.len() == 1 { "" } else { "s" }, kind.name);
-        Ok(Plan { kind, title, designs, objectives, measurement, limits, region })
+        Ok(Plan { kind, title, facts, designs, objectives, measurement, limits, region })
+    }
+
+    fn facts(&self) -> Map<String, Value> {
+        let File { model, limits, region, unit, settings, .. } = self;
+        let settings = stated(json!(settings));
+        stated(json!({ "model": model, "limits": limits, "region": region, "unit": unit, "settings": settings }))
     }
 
     /// Returns the parameters of all designs.
-    fn designs(&self) -> Result<Vec<Map<String, Value>>, String> {
+    fn designs(&self, kind: &ModelKind) -> Result<Vec<Map<String, Value>>, String> {
         match (self.parameters.is_empty(), self.design.is_empty()) {
             (true, true) => {
                 Err("the plan has no designs; write [parameters] with the values of each, or a [[design]] for each"
@@ -223,26 +233,36 @@ impl File {
             (false, false) => {
                 Err("[parameters] and [[design]] are two ways to list designs; remove one of them".to_owned())
             }
-            (false, true) => combinations(&self.parameters),
+            (false, true) => combinations(kind, &self.parameters),
             (true, false) => {
-                let names: Vec<&String> = self.design[0].keys().collect();
-                match self.design.iter().position(|design| !design.keys().eq(names.iter().copied())) {
-                    Some(other) => Err(format!(
-                        "[[design]] {} has other parameters than the first, or in another order",
-                        other + 1
-                    )),
-                    None => Ok(self.design.clone()),
-                }
+                let first = &self.design[0];
+                // In the order of the first, whose parameters are the columns of the table.
+                let ordered = |(i, design): (usize, &Map<String, Value>)| {
+                    let other = design.keys().find(|name| !first.contains_key(*name));
+                    let other = other.or_else(|| first.keys().find(|name| !design.contains_key(*name)));
+                    match other {
+                        Some(name) => Err(format!("[[design]] 1 and {} do not both have {name}", i + 1)),
+                        None => Ok(first.keys().map(|name| (name.clone(), design[name].clone())).collect()),
+                    }
+                };
+                self.design.iter().enumerate().map(ordered).collect()
             }
         }
     }
 }
 
+/// Returns the entries of an object that have a value.
+fn stated(object: Value) -> Map<String, Value> {
+    let Value::Object(mut entries) = object else { unreachable!("this is given objects alone") };
+    entries.retain(|_, value| !value.is_null());
+    entries
+}
+
 /// Returns all combinations of values; the last parameter changes fastest.
-fn combinations(parameters: &Map<String, Value>) -> Result<Vec<Map<String, Value>>, String> {
+fn combinations(kind: &ModelKind, parameters: &Map<String, Value>) -> Result<Vec<Map<String, Value>>, String> {
     let mut designs = vec![Map::new()];
     for (name, value) in parameters {
-        let values = values(value).map_err(|problem| format!("{name}: {problem}"))?;
+        let values = values(kind, name, value).map_err(|problem| format!("{name}: {problem}"))?;
         let count = designs.len().saturating_mul(values.len());
         if count > MAX_DESIGNS {
             return Err(format!("the plan has more than {MAX_DESIGNS} designs; take fewer values of {name}"));
@@ -261,13 +281,13 @@ fn combinations(parameters: &Map<String, Value>) -> Result<Vec<Map<String, Value
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Range {
-    from: f64,
-    to: f64,
+    from: Value,
+    to: Value,
     steps: u32,
 }
 
 /// Returns the values of a parameter: those of a list or of a range, or a single one.
-fn values(value: &Value) -> Result<Vec<Value>, String> {
+fn values(kind: &ModelKind, name: &str, value: &Value) -> Result<Vec<Value>, String> {
     match value {
         Value::Array(values) if values.is_empty() => Err("the list has no values".to_owned()),
         Value::Array(values) => Ok(values.clone()),
@@ -277,7 +297,12 @@ fn values(value: &Value) -> Result<Vec<Value>, String> {
             if !(2..=10_000).contains(&range.steps) {
                 return Err(format!("steps is {}, but must be 2 to 10000", range.steps));
             }
-            let at = |i: u32| range.from + (range.to - range.from) * f64::from(i) / f64::from(range.steps - 1);
+            let end = |end: &Value| {
+                let number = kind.in_millimetres(name, &shown(end)).parse::<f64>();
+                number.map_err(|_| format!("{} is not a number", shown(end)))
+            };
+            let (from, to) = (end(&range.from)?, end(&range.to)?);
+            let at = |i: u32| from + (to - from) * f64::from(i) / f64::from(range.steps - 1);
             // Twelve digits: 0.6, not 0.6000000000000001.
             let round = |value: f64| format!("{value:.11e}").parse::<f64>().expect("a number as it is written");
             Ok((0..range.steps).map(|i| json!(round(at(i)))).collect())
@@ -333,18 +358,9 @@ impl SettingsText {
             self.fill.as_deref().unwrap_or("even-odd"),
             [("even-odd", FillRule::EvenOdd), ("nonzero", FillRule::NonZero)],
         )?;
-        let edges = [BoundaryCondition::Border, BoundaryCondition::Clip, BoundaryCondition::Periodic]
-            .map(|edges| (edges.name(), edges));
+        let edges = BoundaryCondition::ALL.map(|edges| (edges.name(), edges));
         let edges = word("edges", self.edges.as_deref().unwrap_or("border"), edges)?;
-        let axes = [
-            ("x", DVec3::X),
-            ("y", DVec3::Y),
-            ("z", DVec3::Z),
-            ("-x", DVec3::NEG_X),
-            ("-y", DVec3::NEG_Y),
-            ("-z", DVec3::NEG_Z),
-        ];
-        let up = word("build", self.build.as_deref().unwrap_or("z"), axes)?;
+        let up = word("build", self.build.as_deref().unwrap_or("z"), DIRECTIONS)?;
         let usual = Course::default();
         let course = Course {
             tortuosity_resolution: self.tortuosity_resolution.unwrap_or(usual.tortuosity_resolution),

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::plan::Design;
+use super::plan::{Design, Plan};
 use crate::driver::output;
 use crate::mesh::LengthUnit;
-use crate::report::scaffold_report::{Metric, Status};
+use crate::report::scaffold_report::{Alert, Metric, Status};
 use crate::{Error, Report, unit};
 
 /// The outcome of one design.
@@ -19,6 +19,8 @@ use crate::{Error, Report, unit};
 pub struct Row {
     /// The key of the design: a hash of its parameters, the settings and the version.
     pub design: String,
+    /// What all designs of the plan are measured by: model, limits, region, settings.
+    pub plan: Map<String, Value>,
     /// The parameters, in the order of the plan.
     pub parameters: Map<String, Value>,
     /// The reason why there are no metrics.
@@ -29,6 +31,8 @@ pub struct Row {
     pub length_unit: Option<String>,
     /// The version of the program that measured.
     pub version: String,
+    /// Facts that limit the trust in metrics, as code and message.
+    pub warnings: Vec<[String; 2]>,
     /// The metrics by their ids.
     pub metrics: BTreeMap<String, Cell>,
 }
@@ -48,22 +52,26 @@ pub struct Cell {
 
 impl Row {
     /// Returns the row of a design that was measured, or failed.
-    pub(super) fn of(design: &Design, report: Result<Report, Error>) -> Row {
+    pub(super) fn of(plan: &Plan, design: &Design, report: Result<Report, Error>) -> Row {
         let row = Row {
             design: design.key.clone(),
+            plan: plan.facts().clone(),
             parameters: design.parameters.clone(),
             error: None,
             passed: None,
             length_unit: None,
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            warnings: Vec::new(),
             metrics: BTreeMap::new(),
         };
+        let warning = |alert: &Alert| [alert.code.to_owned(), alert.message.clone()];
         let cell = |&Metric { value, lower, upper, status, .. }: &Metric| Cell { value, lower, upper, status };
         match report {
             Err(error) => Row { error: Some(error.to_string()), ..row },
             Ok(report) => Row {
                 passed: report.verdict().map(|verdict| verdict.passed),
                 length_unit: report.scaffold_report().unit.map(|unit| unit.symbol().to_owned()),
+                warnings: report.scaffold_report().alerts.iter().map(warning).collect(),
                 metrics: report.metrics().iter().map(|metric| (metric.id.to_owned(), cell(metric))).collect(),
                 ..row
             },
@@ -78,6 +86,17 @@ impl Row {
     /// Returns whether the design could not be measured.
     pub fn is_failed(&self) -> bool {
         self.error.is_some()
+    }
+
+    /// Returns the code of each kind of warning.
+    pub fn warning_codes(&self) -> Vec<&str> {
+        let mut codes: Vec<&str> = Vec::new();
+        for [code, _] in &self.warnings {
+            if !codes.contains(&code.as_str()) {
+                codes.push(code);
+            }
+        }
+        codes
     }
 
     /// Returns whether a metric is measured on a raster that resolves it.

@@ -37,7 +37,7 @@ designs, or each [[design]] of a list:
 
   model = \"gyroid\"
   limits = \"limits.toml\"                                # as for `ldi-ops report`; optional
-  region = \"bone.stl\"                                   # or \"hull\"; optional
+  region = \"bone.stl\"                                   # or \"hull\", \"wrap:2mm\"; optional
   unit = \"mm\"                                           # of a region that states none
 
   [parameters]
@@ -50,7 +50,7 @@ designs, or each [[design]] of a list:
 
   [pareto]                                               # what is better; optional
   porosity = \"max\"
-  wall = \"max\"
+  \"wall.thinnest\" = \"max\"
 
 [settings] takes resolution, pitch, tortuosity-resolution, edges, fill, build, overhang-angle and
 kozeny. A design that fails is a row with its message, and is tried again by the next run. A sweep
@@ -58,5 +58,5 @@ that was stopped or killed goes on where it was. The rows, JSON files in DIR/row
 but plan and version. The exit code is 2 if no design could be measured; broken limits are in the
 table.
 
-JSON: {\"schema\", \"command\", \"title\", \"designs\", \"measured\", \"missing\", \"failed\", \"kept\", \"front\",
-\"written\"}; \"front\" has the rows of the designs that no other dominates.";
+JSON: {\"schema\", \"command\", \"title\", \"designs\", \"measured\", \"missing\", \"failed\", \"kept\",
+\"unresolved\", \"front\", \"written\"}; \"front\" has the rows of the designs that no other dominates.";

@@ -7,7 +7,6 @@ use glam::DVec3;
 use ldi_ops::Error;
 use ldi_ops::driver::job::{Input, Openness};
 use ldi_ops::grid::RAYS_MAX;
-use ldi_ops::length::Length;
 use ldi_ops::metrics::BoundaryCondition;
 use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
@@ -96,22 +95,11 @@ fn direction(choice: BuildChoice) -> DVec3 {
 
 /// Reads `hull`, `wrap`, `wrap:LENGTH` or a file.
 fn roi(text: &Path, placement: Option<Placement>) -> Result<Roi, Error> {
-    let shape = match text.to_str() {
-        Some("hull") => Roi::Hull,
-        Some("wrap") => Roi::Wrap(None),
-        Some(text) if text.starts_with("wrap:") => {
-            let diameter = text["wrap:".len()..].parse::<Length>();
-            let diameter = diameter.map_err(|error| Error::input(format!("--roi {text}: {error}")))?;
-            if !(diameter.value.is_finite() && diameter.value > 0.0) {
-                return Err(Error::input(format!("--roi {text}: the diameter is not a positive number")));
-            }
-            Roi::Wrap(Some(diameter))
-        }
-        _ => return Ok(Roi::Solid(Input { name: None, path: text.to_owned(), placement })),
-    };
-    match placement {
-        None => Ok(shape),
-        Some(_) => Err(Error::input(format!(
+    let shape = Roi::following(text.to_str().unwrap_or_default());
+    match (shape.map_err(|problem| Error::input(format!("--roi {}: {problem}", text.display())))?, placement) {
+        (None, placement) => Ok(Roi::Solid(Input { name: None, path: text.to_owned(), placement })),
+        (Some(shape), None) => Ok(shape),
+        (Some(_), Some(_)) => Err(Error::input(format!(
             "--transform-roi needs a file as --roi; --roi {} follows the solid",
             text.display()
         ))),

@@ -19,7 +19,7 @@ from ._load import from_voxels, load
 from ._native import VERSION as __version__
 from ._native import Clashes, Image, Metric, Metrics, Shape, Solid, Volume
 from ._options import options
-from ._settings import Settings
+from ._settings import MetricsSettings, Settings
 from ._sweep import read_sweep, sweep
 
 _Mapping.register(Metrics)
@@ -34,6 +34,7 @@ __all__ = [
     "MachineError",
     "Metric",
     "Metrics",
+    "MetricsSettings",
     "NotClosed",
     "Settings",
     "Shape",

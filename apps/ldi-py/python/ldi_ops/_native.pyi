@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack, disjoint_base
 
-from ._settings import Settings
+from ._settings import MetricsSettings, Settings
 
 __all__ = [
     "Clash",
@@ -57,10 +57,10 @@ class Shape:
     def save(self, path: _Path, **settings: Unpack[Settings]) -> None: ...
     def metrics(
         self,
-        region: Shape | Literal["hull"] | None = None,
+        region: Shape | str | None = None,
         limits: _Path | dict[str, dict[str, str | float]] | None = None,
         view: bool = True,
-        **settings: Unpack[Settings],
+        **settings: Unpack[MetricsSettings],
     ) -> Metrics: ...
     def thickness(self, **settings: Unpack[Settings]) -> npt.NDArray[np.float32]: ...
     def to_trimesh(self, **settings: Unpack[Settings]) -> Any: ...

@@ -11,19 +11,22 @@ import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 from . import _solids
 from ._errors import InputError, UsageError
 from ._executor import reporting, results, threads_of_worker
 from ._interop import need
 from ._native import VERSION, Shape, catalogue, sweep_page
-from ._settings import Settings
+from ._settings import MetricsSettings
 
 Make = Callable[..., Any]
 
 # Columns of the table beside its parameters and metrics.
-FACTS = ("design", "status", "error", "version", "length_unit", "passed")
+FACTS = ("design", "status", "error", "version", "length_unit", "passed", "warnings")
+
+# The settings of a measurement.
+SETTINGS = get_type_hints(MetricsSettings)
 
 # The content of a metric in a row, and the endings of its columns.
 CELL = {"value": "", "lower": ".lower", "upper": ".upper", "status": ".status"}
@@ -63,12 +66,12 @@ def sweep(
     """
     pyarrow = need("pyarrow")
     need("pandas")
-    unknown = set(settings) - set(Settings.__annotations__)
+    unknown = set(settings) - set(SETTINGS)
     if unknown:
-        raise UsageError(f"unknown keywords {', '.join(sorted(unknown))}: the settings are {', '.join(Settings.__annotations__)}")
+        raise UsageError(f"unknown keywords {', '.join(sorted(unknown))}: the settings are {', '.join(SETTINGS)}")
     designs = _designs(grid)
-    common = {"make": _name(make), "limits": limits, "settings": settings, "version": VERSION}
-    keys = [_key(common, design) for design in designs]
+    plan = {"make": _name(make), "limits": limits, "settings": settings}
+    keys = [_key({**plan, "version": VERSION}, design) for design in designs]
     if len(set(keys)) < len(keys):
         raise UsageError("two designs of the grid have the same parameters")
     path = Path(out)
@@ -85,10 +88,10 @@ def sweep(
             rows[key] = {"design": key, **row}
             _replace(parts / f"{key}.json", json.dumps(rows[key]).encode())
             report(len(rows), len(keys))
-    ordered = [{**rows[key], "parameters": design} for key, design in zip(keys, designs, strict=True)]
+    ordered = [{**rows[key], "plan": plan, "parameters": design} for key, design in zip(keys, designs, strict=True)]
     table = _table(pyarrow, ordered)
     title = f"{len(designs)} designs of {make if isinstance(make, str) else getattr(make, '__name__', type(make).__name__)}"
-    _replace(path.with_suffix(".html"), sweep_page(title, json.dumps(ordered), objectives).encode())
+    _replace(path.with_suffix(".html"), sweep_page(title, json.dumps(ordered, default=str), objectives).encode())
     _write(pyarrow, table, path)
     shutil.rmtree(parts)
     return table.to_pandas()
@@ -129,6 +132,7 @@ def measure(
         "parameters": dict(design),
         "error": None,
         "passed": None,
+        "warnings": [],
         "length_unit": None,
         "version": VERSION,
         "metrics": {},
@@ -142,7 +146,7 @@ def measure(
     except Exception as error:
         return {**row, "error": f"{type(error).__name__}: {error}"}
     cells = {id: {name: _finite(getattr(metric, name)) for name in CELL} for id, metric in metrics.items()}
-    return {**row, "length_unit": metrics.unit, "passed": metrics.passed, "metrics": cells}
+    return {**row, "length_unit": metrics.unit, "passed": metrics.passed, "warnings": metrics.warnings, "metrics": cells}
 
 
 def _finite(value: Any) -> Any:
@@ -207,6 +211,7 @@ def _row(columns: dict[str, Any]) -> dict[str, Any]:
     ids = [id for id, _, _ in catalogue()]
     endings = {id + ending for id in ids for ending in CELL.values()}
     facts = {name: columns[name] for name in FACTS if name != "status"}
+    facts["warnings"] = [warning.split(": ", 1) for warning in columns["warnings"]]
     parameters = {name: value for name, value in columns.items() if name not in endings and name not in FACTS}
     metrics = {id: {name: columns[id + ending] for name, ending in CELL.items()} for id in ids}
     return {**facts, "parameters": parameters, "metrics": metrics}
@@ -256,6 +261,7 @@ def _table(pyarrow: Any, rows: list[dict[str, Any]]) -> Any:
     add("status", text, ["measured" if row["error"] is None else "failed" for row in rows])
     add("error", text, [row["error"] for row in rows])
     add("passed", pyarrow.bool_(), [row["passed"] for row in rows])
+    add("warnings", pyarrow.list_(text), [[f"{code}: {message}" for code, message in row["warnings"]] for row in rows])
     for id, unit, title in catalogue(next(iter(units), None)):
         for name, ending in CELL.items():
             values = [row["metrics"].get(id, {}).get(name) for row in rows]
