@@ -54,6 +54,7 @@ def test_the_page_has_the_front_and_the_designs(serial, tmp_path):
     frame = ldi.sweep(scaffold, PLAN, out=out, pareto={"porosity": "max", "BS/BV": "min"}, resolution=24)
     page = out.with_suffix(".html").read_text()
     assert "<h1>6 designs of scaffold</h1>" in page and "large porosity, small specific surface" in page
+    assert '<p class="facts">resolution 24</p>' in page
     assert "Design 2: wall 0.6, cells 2</strong> <span>RuntimeError: this design has no shape" in page
     measured = frame[frame["status"] == "measured"]
     assert set(measured["surface.specific.status"]) == {"measured"}

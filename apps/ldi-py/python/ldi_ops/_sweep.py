@@ -70,7 +70,7 @@ def sweep(
     if unknown:
         raise UsageError(f"unknown keywords {', '.join(sorted(unknown))}: the settings are {', '.join(SETTINGS)}")
     designs = _designs(grid)
-    plan = {"make": _name(make), "limits": limits, "settings": settings}
+    plan = {"make": _name(make), "settings": settings, **({} if limits is None else {"limits": limits})}
     keys = [_key({**plan, "version": VERSION}, design) for design in designs]
     if len(set(keys)) < len(keys):
         raise UsageError("two designs of the grid have the same parameters")
