@@ -99,9 +99,9 @@ pub enum BoundaryCondition {
 }
 
 impl BoundaryCondition {
-    /// All of them.
+    /// All of them, the usual one first.
     pub const ALL: [BoundaryCondition; 3] =
-        [BoundaryCondition::Clip, BoundaryCondition::Periodic, BoundaryCondition::Border];
+        [BoundaryCondition::Border, BoundaryCondition::Clip, BoundaryCondition::Periodic];
 
     /// Returns `clip`, `periodic` or `border`.
     pub const fn name(self) -> &'static str {

@@ -8,7 +8,7 @@ use std::thread::{self, ThreadId};
 use ldi_ops::{Error, Progress, Settings};
 use pyo3::prelude::*;
 
-use crate::error::{exception, usage};
+use crate::error::exception;
 
 /// The process in which the first call ran.
 static PROCESS: OnceLock<u32> = OnceLock::new();
@@ -62,11 +62,11 @@ pub fn run<T: Send>(
     work: impl FnOnce(&Settings) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
     if *PROCESS.get_or_init(process::id) != process::id() {
-        return Err(usage(
-            py,
+        let forked = Error::machine(
             "this process was forked from one in which ldi_ops had run, and a fork has none of its threads; start workers by \
              spawn: multiprocessing.get_context('spawn'), or ProcessPoolExecutor(mp_context=…)",
-        ));
+        );
+        return Err(exception(py, &forked));
     }
     let listener = Listener { waiting: thread::current().id(), progress, raised: Mutex::default() };
     let result = py.detach(|| work(&settings.progress(&listener)));

@@ -447,13 +447,16 @@ mod tests {
             ("model = \"gyroid\"\n[parameters]\nwall = { from = 1, to = 2 }", "missing field `steps`"),
             ("model = \"gyroid\"\n[parameters]\nwall = [1, 1]", "two designs have the parameters wall 1"),
             ("model = \"gyroid\"\n[parameters]\nwall = \"thin\"", "thin"),
-            ("model = \"gyroid\"\n[[design]]\nwall = 1\n[[design]]\ncells = 1", "[[design]] 2 has other parameters"),
+            (
+                "model = \"gyroid\"\n[[design]]\nwall = 1\n[[design]]\ncells = 1",
+                "[[design]] 1 and 2 do not both have wall",
+            ),
             ("model = \"gyroid\"\nmodle = 3", "modle"),
             (
                 "model = \"gyroid\"\n[parameters]\nwall = [0.5, \"500um\", \"0.50\"]",
                 "two designs have the parameters wall 500um",
             ),
-            ("model = \"gyroid\"\nunit = \"mm\"\n[parameters]\nwall = 1", "unit is that of a region"),
+            ("model = \"gyroid\"\nunit = \"mm\"\n[parameters]\nwall = 1", "unit is that of a file as region"),
             ("model = \"gyroid\"\n[parameters]\nwall = 1\n[settings]\ntortuosity-resolution = 0", "tortuosity is 0"),
             ("model = \"gyroid\"\n[parameters]\nwall = 1\n[settings]\noverhang-angle = 400", "0 to 90 degrees"),
             ("model = \"gyroid\"\n[parameters]\nwall = 1\n[settings]\nkozeny = -5", "positive number"),

@@ -71,7 +71,7 @@ def clash(
         unit = unit_symbol(unit)
         if all(solid.unit is not None for solid in read.values()):
             warnings.warn(f"no part is a file without a unit, so unit={unit!r} is ignored", stacklevel=2)
-    solids = {name: _with_unit(read[name], unit) if name in read else _solid(part) for name, part in parts.items()}
+    solids = {name: _with_unit(read[name], unit) if name in read else _solid(part, fill) for name, part in parts.items()}
     shared: dict[str, Any] = {"touching": touching, "resolution": resolution, "fill": fill}
     comparison = _native.Clash(
         list(solids.items()), clearance=clearance, allow_touching=allow_touching, ignore=list(ignore), **shared
@@ -153,8 +153,8 @@ def _with_unit(solid: Solid, unit: str | None) -> Solid:
     return solid if unit is None else solid.with_unit(unit)
 
 
-def _solid(part: Any) -> Solid:
+def _solid(part: Any, fill: str) -> Solid:
     """Returns a part as a solid; the mesh of another library, too."""
     if isinstance(part, Solid):
         return part
-    return part.solid() if isinstance(part, Shape) else load(part)
+    return part.solid(fill=fill) if isinstance(part, Shape) else load(part)

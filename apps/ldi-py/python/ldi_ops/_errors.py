@@ -37,7 +37,7 @@ class UsageError(Error, ValueError):
 
 
 class MachineError(Error, RuntimeError):
-    """The machine has too little memory or disk, or lacks a device."""
+    """The machine has too little memory or disk, or lacks a device, or the process is a fork of one that computed."""
 
 
 class Cancelled(Error):

@@ -18,12 +18,16 @@ Key = TypeVar("Key")
 
 
 def threads_of_worker(executor: Executor | None) -> int | None:
-    """Returns the threads of each worker: the processors here divided by the workers, and 1 where their number is not known."""
+    """Returns the threads of each worker: those of the options, or the processors here divided by the workers.
+
+    That is 1 where the number of workers is not known.
+    """
     if executor is None:
         return None
-    processors = os.cpu_count() or 1
-    workers: int = getattr(executor, "_max_workers", None) or processors
-    return max(1, processors // workers)
+    if current().threads is not None:
+        return current().threads
+    workers: int = getattr(executor, "_max_workers", None) or _processors()
+    return max(1, _processors() // workers)
 
 
 def calls_at_once(executor: Executor) -> int:
@@ -32,8 +36,13 @@ def calls_at_once(executor: Executor) -> int:
     if hasattr(client, "nthreads"):
         # Dask's.
         return max(1, sum(client.nthreads().values()))
-    workers: int = getattr(executor, "_max_workers", None) or os.cpu_count() or 1
+    workers: int = getattr(executor, "_max_workers", None) or _processors()
     return workers
+
+
+def _processors() -> int:
+    """Returns the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def results(
@@ -63,8 +72,9 @@ def results(
             yield futures[future], future.result()
     except _deaths() as error:
         raise MachineError(
-            "a worker died, probably because its machine has too little memory; use fewer workers, or limit each of them by "
-            f"ldi_ops.options(memory=…){way_out}"
+            "a worker died: its machine may have too little memory (use fewer workers, or limit each of them by "
+            "ldi_ops.options(memory=…)), or it could not import the function (define it in a module, and start the executor under "
+            f"`if __name__ == '__main__':`){way_out}"
         ) from error
     finally:
         for future in futures:

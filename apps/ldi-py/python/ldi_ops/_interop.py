@@ -11,8 +11,8 @@ def need(module: str, extra: str | None = None) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        extra = extra or module
-        raise ImportError(f"{module} is not installed: pip install {module} (or ldi-ops[{extra}])") from error
+        package = module.partition(".")[0]
+        raise ImportError(f"{package} is not installed: pip install {package}, or ldi-ops[{extra or package}]") from error
 
 
 def to_trimesh(vertices: Any, faces: Any) -> Any:

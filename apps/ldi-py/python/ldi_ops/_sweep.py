@@ -7,14 +7,13 @@ import itertools
 import json
 import math
 import os
-import shutil
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from . import _solids
-from ._errors import InputError, UsageError
+from ._errors import InputError, MachineError, UsageError
 from ._executor import reporting, results, threads_of_worker
 from ._interop import need
 from ._native import VERSION, Shape, catalogue, sweep_page
@@ -62,10 +61,11 @@ def sweep(
 
     A design that fails is a row with `status` 'failed' and the message in `error`. Rows are the same whatever the number of
     workers. A sweep that was stopped goes on where it was: designs in `out`, and in the folder beside it that an unfinished
-    sweep leaves, are not measured again if the design, the settings and the version are the same; failed ones are.
+    sweep leaves, are not measured again if the design, the settings and the version are the same; failed ones are. The file has
+    the designs of the last sweep alone. Where the machine lacks memory or a device for a design, `MachineError` is raised.
     """
-    pyarrow = need("pyarrow")
-    need("pandas")
+    pyarrow = need("pyarrow", "sweep")
+    need("pandas", "sweep")
     unknown = set(settings) - set(SETTINGS)
     if unknown:
         raise UsageError(f"unknown keywords {', '.join(sorted(unknown))}: the settings are {', '.join(SETTINGS)}")
@@ -81,7 +81,7 @@ def sweep(
     rows = _finished(path, parts, set(keys))
     threads = threads if threads is not None else threads_of_worker(executor)
     wanted = zip(keys, designs, strict=True)
-    calls = {key: (design, make, limits, settings) for key, design in wanted if key not in rows}
+    calls = {key: (design, make, limits, settings, VERSION) for key, design in wanted if key not in rows}
     parts.mkdir(parents=True, exist_ok=True)
     with reporting("sweep", "designs") as report:
         for key, row in results(measure, calls, executor, threads, GO_ON):
@@ -93,7 +93,10 @@ def sweep(
     title = f"{len(designs)} designs of {make if isinstance(make, str) else getattr(make, '__name__', type(make).__name__)}"
     _replace(path.with_suffix(".html"), sweep_page(title, json.dumps(ordered, default=str), objectives).encode())
     _write(pyarrow, table, path)
-    shutil.rmtree(parts)
+    for key in keys:
+        (parts / f"{key}.json").unlink(missing_ok=True)
+    if not any(parts.iterdir()):
+        parts.rmdir()
     return table.to_pandas()
 
 
@@ -102,12 +105,14 @@ def read_sweep(folder: str | os.PathLike[str], *, out: str | os.PathLike[str] | 
 
     `out` is a Parquet file to be written, with the units in the metadata of its columns.
     """
-    pyarrow = need("pyarrow")
+    pyarrow = need("pyarrow", "sweep")
     listed = Path(folder) / "sweep.csv"
     if not listed.exists():
         raise InputError(f"{listed} does not exist: the sweep has no table until all of its parts are measured")
-    frame = need("pandas").read_csv(listed, usecols=["design"], dtype=str)
+    frame = need("pandas", "sweep").read_csv(listed, usecols=["design"], dtype=str)
     rows = [json.loads((Path(folder) / "rows" / f"{key}.json").read_bytes()) for key in frame["design"]]
+    for row in rows:
+        row["parameters"] = {name.replace("-", "_"): value for name, value in row["parameters"].items()}
     table = _table(pyarrow, rows)
     if out is not None:
         _write(pyarrow, table, Path(out))
@@ -117,7 +122,7 @@ def read_sweep(folder: str | os.PathLike[str], *, out: str | os.PathLike[str] | 
 def _write(pyarrow: Any, table: Any, path: Path) -> None:
     """Writes a Parquet file completely or not at all."""
     sink = pyarrow.BufferOutputStream()
-    need("pyarrow.parquet").write_table(table, sink)
+    need("pyarrow.parquet", "sweep").write_table(table, sink)
     _replace(path, sink.getvalue().to_pybytes())
 
 
@@ -126,8 +131,11 @@ def measure(
     make: Make | str,
     limits: dict[str, dict[str, str | float]] | None,
     settings: Mapping[str, Any],
+    version: str,
 ) -> dict[str, Any]:
     """Returns the row of one design; runs in a worker."""
+    if version != VERSION:
+        raise UsageError(f"a worker has version {VERSION} of ldi_ops, and the process that called it {version}")
     row: dict[str, Any] = {
         "parameters": dict(design),
         "error": None,
@@ -143,6 +151,9 @@ def measure(
         if not isinstance(shape, Shape):
             raise UsageError(f"the design is a {type(shape).__name__}, not a Shape")
         metrics = shape.metrics(region=region, limits=limits, view=False, **settings)
+    except MachineError:
+        # Another machine, or this one with fewer workers, may measure the design: there is no row.
+        raise
     except Exception as error:
         return {**row, "error": f"{type(error).__name__}: {error}"}
     cells = {id: {name: _finite(getattr(metric, name)) for name in CELL} for id, metric in metrics.items()}
@@ -157,7 +168,7 @@ def _finite(value: Any) -> Any:
 def _designs(grid: Mapping[str, Iterable[Any]] | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Returns the parameters of each design, as plain numbers and texts."""
     if isinstance(grid, Mapping):
-        values = [list(values) for values in grid.values()]
+        values = [_values(value) for value in grid.values()]
         designs = [dict(zip(grid, design, strict=True)) for design in itertools.product(*values)]
     else:
         designs = [dict(design) for design in grid]
@@ -169,6 +180,11 @@ def _designs(grid: Mapping[str, Iterable[Any]] | Sequence[Mapping[str, Any]]) ->
     if clash:
         raise UsageError(f"the table has columns of these names; rename the parameters: {', '.join(sorted(clash))}")
     return [{name: _plain(value) for name, value in design.items()} for design in designs]
+
+
+def _values(value: Any) -> list[Any]:
+    """Returns the values of a parameter: those of a list, or a single one."""
+    return [value] if isinstance(value, str) or not isinstance(value, Iterable) else list(value)
 
 
 def _plain(value: Any) -> Any:
@@ -189,7 +205,10 @@ def _name(make: Make | str) -> str:
         if make not in _solids.FUNCTIONS:
             raise UsageError(f"there is no model solid '{make}'; there are {', '.join(_solids.FUNCTIONS)}")
         return make
-    return f"{getattr(make, '__module__', '')}.{getattr(make, '__qualname__', repr(type(make)))}"
+    name = getattr(make, "__qualname__", None)
+    if name is None or "<" in name or hasattr(make, "__self__"):
+        raise UsageError("later runs know a design by the name of its function: define it with def, at the top of a module")
+    return f"{make.__module__}.{name}"
 
 
 def _key(common: Mapping[str, Any], design: Mapping[str, Any]) -> str:
@@ -200,7 +219,9 @@ def _key(common: Mapping[str, Any], design: Mapping[str, Any]) -> str:
 
 def _finished(path: Path, parts: Path, keys: set[str]) -> dict[str, dict[str, Any]]:
     """Returns the measured rows of earlier runs."""
-    found = need("pyarrow.parquet").read_table(path).to_pylist() if path.exists() else []
+    found = need("pyarrow.parquet", "sweep").read_table(path).to_pylist() if path.exists() else []
+    if found and not found[0].keys() >= set(FACTS):
+        raise InputError(f"{path} is no table of a sweep of this version; delete it, or name another file")
     rows = [_row(columns) for columns in found if columns["design"] in keys]
     rows += [json.loads(part.read_bytes()) for part in sorted(parts.glob("*.json"))]
     return {row["design"]: row for row in rows if row["design"] in keys and row["error"] is None}
