@@ -449,7 +449,7 @@ mod tests {
             ("model = \"gyroid\"\n[parameters]\nwall = \"thin\"", "thin"),
             (
                 "model = \"gyroid\"\n[[design]]\nwall = 1\n[[design]]\ncells = 1",
-                "[[design]] 1 and 2 do not both have wall",
+                "[[design]] 1 and 2 do not both have cells",
             ),
             ("model = \"gyroid\"\nmodle = 3", "modle"),
             (
