@@ -66,8 +66,8 @@ pub fn spread_row(row: &[u64], bytes: &mut [u8]) {
 fn spread(bits: u8) -> u64 {
     const ONES: u64 = 0x0101_0101_0101_0101;
     // Each byte keeps its own bit, and those that are not 0 are carried to their top bit.
-    let own = u64::from(bits) * ONES & 0x8040_2010_0804_0201;
-    (own + 0x7f * ONES) >> 7 & ONES
+    let own = (u64::from(bits) * ONES) & 0x8040_2010_0804_0201;
+    ((own + 0x7f * ONES) >> 7) & ONES
 }
 
 /// Returns the prefix parity of a word: bit i of the result is the parity of bits 0 to i.
