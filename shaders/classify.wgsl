@@ -2,17 +2,16 @@
 // replace the masks: `change` then holds the voxels of one sample, `any_in` (in an intersection: the second solid's
 // `change`) those of two.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read_write> change: array<u32>;
 @group(0) @binding(2) var<storage, read_write> any_in: array<u32>;
 @group(0) @binding(3) var<storage, read_write> ranks: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tally: Tally;
+@group(0) @binding(5) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
 @group(0) @binding(6) var<storage, read_write> change_b: array<u32>;
 @group(0) @binding(7) var<storage, read_write> any_b: array<u32>;
 
 // Records an unclosed ray: no class, no sample, and a mark in place of ranks.
-fn end_unclosed(ray: u32) {
+fn end_unclosed(ray: u32, band: u32) {
     for (var word = 0u; word < view.words; word++) {
         let at = word * view.rays + ray;
         change[at] = 0u;
@@ -24,10 +23,10 @@ fn end_unclosed(ray: u32) {
         }
     }
     counts[ray] = UNCLOSED;
-    tell_unclosed(ray);
+    tell_unclosed(ray, band);
 }
 
-fn classify_ray(ray: u32) {
+fn classify_ray(ray: u32, band: u32) {
     var samples = 0u;
     var changed = 0u;
     var inside = 0u;
@@ -65,10 +64,10 @@ fn classify_ray(ray: u32) {
         samples += singles + 2u * countOneBits(pair);
     }
     if (inside | inside_b) != 0u {
-        end_unclosed(ray);
+        end_unclosed(ray, band);
     } else {
         counts[ray] = samples;
-        if is_counted(ray) {
+        if is_counted(ray, band) {
             changes += changed;
         }
     }
@@ -77,11 +76,15 @@ fn classify_ray(ray: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn classify(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
             @builtin(local_invocation_index) lane: u32) {
+    if !TWO_SOLIDS {
+        clear_tally(lane);
+    }
     let ray = invocation_index(group, groups, lane);
+    let band = band_of(ray);
     if ray < view.rays {
-        classify_ray(ray);
+        classify_ray(ray, band);
     }
     if !TWO_SOLIDS {
-        add_to_tally(lane);
+        add_to_tally(lane, band);
     }
 }

@@ -1,11 +1,9 @@
 // Closes the gaps between the samples of the rays, one invocation per ray.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
-@group(0) @binding(2) var<storage, read> starts_b: array<u32>;
-@group(0) @binding(3) var<storage, read> loose: array<u32>;
-@group(0) @binding(4) var<storage, read> offsets: array<u32>;
-@group(0) @binding(5) var<storage, read_write> samples: array<u32>;
+@group(0) @binding(2) var<storage, read> loose: array<u32>;
+@group(0) @binding(3) var<storage, read> offsets: array<u32>;
+@group(0) @binding(4) var<storage, read_write> samples: array<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn compact(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
@@ -14,10 +12,7 @@ fn compact(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
     if ray >= view.rays {
         return;
     }
-    var source = starts[ray];
-    if TWO_SOLIDS {
-        source += starts_b[ray];
-    }
+    var source = first_loose(ray);
     for (var to = offsets[ray]; to < offsets[ray + 1u]; to++) {
         samples[to] = loose[source];
         source++;

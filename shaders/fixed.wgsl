@@ -1,8 +1,7 @@
 // Exact integer coverage and depth; the twin of `src/fixed.rs`, which gives the reasons.
 //
-// f32 guesses, and integers decide. A guess of a first column is right to an eighth of a pixel, so that only the
-// nearest ray is in doubt; a depth is computed by long division of 93 bits by 61 with quotient digits guessed to 20
-// bits, each corrected by the next.
+// f32 guesses, and integers decide. A guess of a first column is right to an eighth of a pixel, so that only the nearest ray is
+// in doubt.
 
 // Returns the first column in a row, given by its lattice position, of the edge from `low` up to `high`, which must
 // cross it: the least column whose ray is not left of the edge.
@@ -15,53 +14,14 @@ fn first_column(low: vec3<i32>, high: vec3<i32>, row: i32) -> i32 {
     return column + select(0, 1, wide_sign(side) < 0);
 }
 
-// The plane of a triangle, its normal oriented so that its depth component is positive.
-struct DepthPlane {
-    vertex: vec3<i32>,
-    by_column: Wide,
-    by_row: Wide,
-    by_depth: Wide,
-    per_divisor: f32,
-    tie_up: bool,
-    leaves: u32,
-    // The edges are so short that the whole computation fits 64 bits.
-    is_small: bool,
-}
-
-// Edges shorter than this, in lattice steps, have normals below 2^41 and with a ray of the triangle products below
-// 2^61.
-const SMALL_EDGE = 1 << 20u;
-
 fn minor(a: i32, b: i32, c: i32, d: i32) -> Wide {
     return wide_difference(wide_product(a, d), wide_product(b, c));
 }
 
-// Returns the plane of a triangle that is not edge-on.
-fn depth_plane(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> DepthPlane {
-    let u = b - a;
-    let v = c - a;
-    // With the two edges exchanged, the depth component changes sign.
-    let depth_sign = wide_sign(minor(u.x, u.y, v.x, v.y));
-    let first = select(v, u, depth_sign > 0);
-    let second = select(u, v, depth_sign > 0);
-    var plane: DepthPlane;
-    plane.vertex = a;
-    plane.by_column = minor(first.y, first.z, second.y, second.z);
-    plane.by_row = minor(first.z, first.x, second.z, second.x);
-    plane.by_depth = minor(first.x, first.y, second.x, second.y);
-    // Along y the view's axes (x, z, y) are left-handed, so its normal points inwards.
-    plane.leaves = select(0u, 1u, (depth_sign > 0) != (view.axis == AXIS_Y));
-    plane.per_divisor = 1.0 / wide_to_f32(plane.by_depth);
-    let reach = max(abs(u), abs(v));
-    plane.is_small = max(max(reach.x, reach.y), reach.z) < SMALL_EDGE;
-    plane.tie_up = tie_goes_up(-wide_sign(plane.by_column), -wide_sign(plane.by_row));
-    return plane;
-}
-
 // Returns whether a depth that is exactly odd counts as above: the sign of the first of the three that is not zero, in
 // the order of the axes.
-fn tie_goes_up(by_column: i32, by_row: i32) -> bool {
-    switch view.axis {
+fn tie_goes_up(by_column: i32, by_row: i32, axis: u32) -> bool {
+    switch axis {
         case AXIS_X: {
             return false;
         }
@@ -81,42 +41,66 @@ fn crossing_between(below: i32, leaves: u32) -> u32 {
     return ((depth >> 1u) << 3u) | ((1u + (depth & 1u)) << 1u) | leaves;
 }
 
-// Returns the crossing with the ray at lattice position (column, row), which must pass through the triangle.
-fn plane_crossing(plane: DepthPlane, column: i32, row: i32) -> u32 {
-    let by_column = column - plane.vertex.x;
-    let by_row = row - plane.vertex.y;
+// Returns the crossing of a triangle, which is not edge-on, with the ray at lattice position (column, row), which must pass
+// through it.
+//
+// The depth is that of the first corner minus the quotient of two numbers of up to 93 and 61 bits. Slopes in f32 guess it; the
+// error of the guess times the divisor, left over by the guess, is small although its terms are not, so that arithmetic modulo
+// 2^64 finds it, and its quotient in f32 is the correction. Where the guess may be too far off (`is_hard` in
+// `src/sampler/gpu/solid.rs`), long division by digits of 20 bits takes its place.
+fn crossing_of(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>, axis: u32, column: i32, row: i32) -> u32 {
+    let u = b - a;
+    let v = c - a;
+    // With the two edges exchanged, the depth component changes sign.
+    let is_turned = wide_sign(minor(u.x, u.y, v.x, v.y)) < 0;
+    let first = select(u, v, is_turned);
+    let second = select(v, u, is_turned);
+    let by_column = minor(first.y, first.z, second.y, second.z);
+    let by_row = minor(first.z, first.x, second.z, second.x);
+    let by_depth = minor(first.x, first.y, second.x, second.y);
+    // Along y the view's axes (x, z, y) are left-handed, so its normal points inwards.
+    let leaves = select(0u, 1u, is_turned == (axis == AXIS_Y));
+
+    let per_divisor = 1.0 / wide_to_f32(by_depth);
+    let to_column = column - a.x;
+    let to_row = row - a.y;
     var digits: i32;
     var left: Wide;
-    if plane.is_small {
-        left = wide_sum(wide_times(plane.by_column, by_column), wide_times(plane.by_row, by_row));
-        left = wide_difference(Wide(), left);
-        digits = i32(round(wide_to_f32(left) * plane.per_divisor));
-        left = wide_difference(left, wide_times(plane.by_depth, digits));
-        let second_digit = i32(round(wide_to_f32(left) * plane.per_divisor));
-        left = wide_difference(left, wide_times(plane.by_depth, second_digit));
-        digits += second_digit;
-    } else {
-        let across =
-            long_sum(long_product(plane.by_column, by_column), long_product(plane.by_row, by_row));
+    if HARD {
+        let across = long_sum(long_product(by_column, to_column), long_product(by_row, to_row));
         var long_left = long_difference(Long(), across);
-        digits = i32(round(long_to_f32(long_left) * plane.per_divisor));
-        long_left = long_difference(long_left, long_product(plane.by_depth, digits));
-        let second_digit = i32(round(long_to_f32(long_left) * plane.per_divisor));
-        long_left = long_difference(long_left, long_product(plane.by_depth, second_digit));
+        digits = i32(round(long_to_f32(long_left) * per_divisor));
+        long_left = long_difference(long_left, long_product(by_depth, digits));
+        let second_digit = i32(round(long_to_f32(long_left) * per_divisor));
+        long_left = long_difference(long_left, long_product(by_depth, second_digit));
         digits += second_digit;
         left = wide_from_long(long_left);
+    } else {
+        let slope = vec2(wide_to_f32(by_column), wide_to_f32(by_row)) * -per_divisor;
+        digits = i32(round(slope.x * f32(to_column) + slope.y * f32(to_row)));
+        let across = wide_sum(wide_times(by_column, to_column), wide_times(by_row, to_row));
+        left = wide_difference(Wide(), wide_sum(across, wide_times(by_depth, digits)));
     }
+    let correction = i32(round(wide_to_f32(left) * per_divisor));
+    left = wide_difference(left, wide_times(by_depth, correction));
     // The remainder is less than the divisor in absolute value.
     let side = wide_sign(left);
-    let depth = plane.vertex.z + digits;
+    let depth = a.z + digits + correction;
     if side != 0 {
-        return crossing_between(depth - select(0, 1, side < 0), plane.leaves);
+        return crossing_between(depth - select(0, 1, side < 0), leaves);
     }
-    let above = select(0u, 1u + select(0u, 1u, plane.tie_up), (depth & 1) != 0);
-    return ((bitcast<u32>(depth) >> 1u) << 3u) | (above << 1u) | plane.leaves;
+    let tie_up = tie_goes_up(-wide_sign(by_column), -wide_sign(by_row), axis);
+    let above = select(0u, 1u + select(0u, 1u, tie_up), (depth & 1) != 0);
+    return ((bitcast<u32>(depth) >> 1u) << 3u) | (above << 1u) | leaves;
 }
 
-// Returns the voxel of a crossing: min(floor / V, LOD-C - 1).
-fn crossing_voxel(crossing: u32) -> u32 {
-    return min((crossing >> 3u) / view.half_voxel, view.last_voxel);
+// Returns the voxel of a crossing: min(floor / V, LOD-C - 1). The quotient is below 2^16, so that the guess is off by one at most.
+fn crossing_voxel(crossing: u32, band: u32) -> u32 {
+    let half_floor = crossing >> 3u;
+    let half_voxel = view.bands[band].half_voxel;
+    var voxel = u32(f32(half_floor) * view.bands[band].per_half_voxel);
+    let rest = bitcast<i32>(half_floor - voxel * half_voxel);
+    voxel += select(0u, 1u, rest >= bitcast<i32>(half_voxel));
+    voxel -= select(0u, 1u, rest < 0);
+    return min(voxel, view.last_voxel);
 }

@@ -1,7 +1,6 @@
 // Counts how often each of the sorted crossings of all rays is kept: as an end of a gap, and as an end of its ray. One
 // invocation per crossing, so that long rays cause no long loops; the twin of `Keep::append` in `src/sampler/lists.rs`.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counts: array<u32>;
@@ -18,6 +17,9 @@ fn gaps(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         @builtin(local_invocation_index) lane: u32) {
     let index = invocation_index(group, groups, lane);
     if index >= starts[view.rays] {
+        if index < view.capacity {
+            counts[index] = 0u;
+        }
         return;
     }
     let ray = ray_of(index);

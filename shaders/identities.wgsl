@@ -1,7 +1,6 @@
 // Fills samples with the value that every depth replaces, by the parity of its rank. All rays have even counts, so that
 // the parity of a sample's rank is that of its place.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read_write> samples: array<i32>;
 

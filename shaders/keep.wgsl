@@ -1,6 +1,5 @@
 // Stores the kept crossings contiguously, each as often as it is kept; one invocation per crossing.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> places: array<u32>;
 @group(0) @binding(3) var<storage, read> crossings: array<u32>;
@@ -15,7 +14,7 @@ fn keep(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     if index >= starts[view.rays] {
         return;
     }
-    let end = places[index + 1u];
+    let end = min(places[index + 1u], view.capacity);
     for (var to = places[index]; to < end; to++) {
         kept[to] = crossings[index];
         if KEEPS_TRIANGLES {

@@ -7,8 +7,12 @@
 
 const NEEDS_DEPTH = true;
 
-fn cross(ray: u32, crossing: u32, triangle: u32) {
-    let voxel = crossing_voxel(crossing);
+fn begin(lane: u32, count: u32) -> u32 {
+    return 0u;
+}
+
+fn cross(place: u32, ray: u32, band: u32, crossing: u32, triangle: u32) {
+    let voxel = crossing_voxel(crossing, band);
     let word = (voxel / WORD_BITS) * view.rays + ray;
     let bit = 1u << (voxel % WORD_BITS);
     atomicXor(&change[word], bit);

@@ -1,6 +1,5 @@
 // Computes the offset of the kept crossings of each ray, one invocation per ray and one after the last.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 // The place of the copies of each crossing, and after the last their end.
 @group(0) @binding(2) var<storage, read> places: array<u32>;

@@ -10,6 +10,10 @@ var<workgroup> group_open: atomic<u32>;
 @compute @workgroup_size(WORKGROUP)
 fn reached(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) lane: u32) {
+    if lane == 0u {
+        atomicStore(&group_open, 0u);
+    }
+    workgroupBarrier();
     let at = invocation_index(group, groups, lane);
     if at < view.all_words {
         atomicAdd(&group_open, countOneBits(~(inside[at] | outside[at])));

@@ -1,13 +1,9 @@
-// Turns the sorted crossings of each ray into its samples, one invocation per ray; the twin of `exact.rs`, and of
-// masks, classes and retrieval where those are not made. Samples replace the crossings that they come from, which are
-// never fewer; `compact.wgsl` closes the gaps.
+// Sorts the crossings of each ray, and turns them into its samples, one invocation per ray; the twin of `exact.rs`, and of
+// masks, classes and retrieval where those are not made. Samples replace the crossings that they come from, which are never
+// fewer; `compact.wgsl` closes the gaps.
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> starts: array<u32>;
-@group(0) @binding(2) var<storage, read_write> crossings: array<u32>;
-@group(0) @binding(3) var<storage, read_write> crossed: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tally: Tally;
+@group(0) @binding(5) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
 
 var<private> next_sample: u32;
 var<private> counts_ray: bool;
@@ -37,7 +33,41 @@ fn add_group(first: u32, end: u32, position: i32, parity: u32) {
     changes += select(0u, 1u, is_odd);
 }
 
-fn resolve_exact(first: u32, end: u32) {
+// Adds a group of crossings at one depth to the windings; `sum` is that of their windings, `parity` that before the group.
+fn add_depth(count: u32, sum: i32, depth: i32, parity: u32) {
+    if (count & 1u) == 1u {
+        aligned += select(-sum, sum, parity == 0u);
+        changes++;
+        return;
+    }
+    for (var each = abs(sum); each > 0; each--) {
+        unpaired = wide_term(unpaired, -sign(sum) * depth);
+    }
+}
+
+// Every crossing is a sample.
+fn resolve_even_odd(first: u32, end: u32) {
+    var group = first;
+    var depth = 0;
+    var sum = 0;
+    for (var at = first; at < end; at++) {
+        let crossing = crossings[at];
+        let nearest = crossing_nearest(crossing);
+        let winding = crossing_winding(crossing);
+        if nearest != depth {
+            add_depth(at - group, sum, depth, (group - first) & 1u);
+            group = at;
+            sum = 0;
+        }
+        depth = nearest;
+        sum += winding;
+        wound = wide_term(wound, -winding * nearest);
+        crossings[at] = bitcast<u32>(nearest);
+    }
+    add_depth(end - group, sum, depth, (group - first) & 1u);
+}
+
+fn resolve_non_zero(first: u32, end: u32) {
     var winding = 0;
     var at = first;
     while at < end {
@@ -53,11 +83,7 @@ fn resolve_exact(first: u32, end: u32) {
             group_end++;
         }
         add_group(at, group_end, depth, (at - first) & 1u);
-        if !NON_ZERO {
-            for (var each = at; each < group_end; each++) {
-                emit_crossing(each);
-            }
-        } else if (winding != 0) != (winding + step != 0) {
+        if (winding != 0) != (winding + step != 0) {
             // The first with the direction of the sample.
             var along = at;
             while crossing_winding(crossings[along]) != sign(step) {
@@ -70,12 +96,12 @@ fn resolve_exact(first: u32, end: u32) {
     }
 }
 
-fn resolve_estimate(first: u32, end: u32) {
+fn resolve_estimate(first: u32, end: u32, band: u32) {
     var winding = 0;
     var at = first;
     while at < end {
-        let index = crossing_voxel(crossings[at]);
-        let voxel = take_voxel(at, end, index, winding);
+        let index = crossing_voxel(crossings[at], band);
+        let voxel = take_voxel(at, end, band, index, winding);
         add_group(at, voxel.end, bitcast<i32>(index), (at - first) & 1u);
         let inside = winding != 0;
         let then_inside = voxel.winding != 0;
@@ -90,20 +116,32 @@ fn resolve_estimate(first: u32, end: u32) {
     }
 }
 
-fn resolve_ray(ray: u32) {
+fn resolve_ray(ray: u32, band: u32) {
     let first = starts[ray];
     let end = starts[ray + 1u];
+    sort_list(first, end);
     if !closes(first, end) {
         counts[ray] = UNCLOSED;
-        tell_unclosed(ray);
+        tell_unclosed(ray, band);
+        return;
+    }
+    if EXACT && !NON_ZERO {
+        resolve_even_odd(first, end);
+        counts[ray] = end - first;
+        if !is_counted(ray, band) {
+            wound = vec2(0u);
+            unpaired = vec2(0u);
+            aligned = 0;
+            changes = 0u;
+        }
         return;
     }
     next_sample = first;
-    counts_ray = is_counted(ray);
+    counts_ray = is_counted(ray, band);
     if EXACT {
-        resolve_exact(first, end);
+        resolve_non_zero(first, end);
     } else {
-        resolve_estimate(first, end);
+        resolve_estimate(first, end, band);
     }
     counts[ray] = next_sample - first;
 }
@@ -112,8 +150,17 @@ fn resolve_ray(ray: u32) {
 fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) lane: u32) {
     let ray = invocation_index(group, groups, lane);
-    if ray < view.rays {
-        resolve_ray(ray);
+    let first_of_group = ray - lane;
+    if first_of_group >= view.rays {
+        return;
     }
-    add_to_tally(lane);
+    // Most rays of a scaffold's image miss it.
+    if starts[first_of_group] == starts[first_of_group + WORKGROUP] {
+        counts[ray] = 0u;
+        return;
+    }
+    clear_tally(lane);
+    let band = band_of(first_of_group);
+    resolve_ray(ray, band);
+    add_to_tally(lane, band);
 }

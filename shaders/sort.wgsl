@@ -1,7 +1,5 @@
-// Sorts the crossings of each ray in place, one invocation per ray, by insertion, since rays have few. Rays with more
-// than SORTED_ALONE crossings are left to `merge.wgsl`.
+// Sorts the crossings of a list in place: few by a network of comparisons in registers (`network.rs`), more by insertion.
 
-@group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read_write> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> crossed: array<u32>;
@@ -15,18 +13,7 @@ fn is_behind(at: u32, crossing: u32, triangle: u32) -> bool {
     return crossings[at] > crossing;
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn sort(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
-        @builtin(local_invocation_index) lane: u32) {
-    let ray = invocation_index(group, groups, lane);
-    if ray >= view.rays {
-        return;
-    }
-    let first = view.first_crossing + starts[ray];
-    let end = view.first_crossing + starts[ray + 1u];
-    if end - first > SORTED_ALONE {
-        return;
-    }
+fn insertion_sort(first: u32, end: u32) {
     for (var i = first + 1u; i < end; i++) {
         let crossing = crossings[i];
         var triangle = 0u;

@@ -1,51 +1,41 @@
-// Triangles in view coordinates. The items that they cover, rays or tiles, are defined by the files after this one.
+// Triangles as they are seen along an axis, and the columns that they cover in a row.
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> positions: array<i32>;
-@group(0) @binding(2) var<storage, read> triangles: array<u32>;
+// Returns a position by column, row and depth.
+fn seen_along(axis: u32, position: vec3<i32>) -> vec3<i32> {
+    return select(select(position, position.xzy, axis == AXIS_Y), position.yzx, axis == AXIS_X);
+}
 
-// A triangle in view coordinates, its corners sorted by row.
+// A triangle seen along an axis, its corners sorted by row.
 struct SeenTriangle {
-    triangle: u32,
     low: vec3<i32>,
     middle: vec3<i32>,
     high: vec3<i32>,
-    // The rows and columns of its box that lie in the window.
-    first_row: i32,
-    end_row: i32,
-    first_column: i32,
-    end_column: i32,
 }
 
-fn corner(triangle: u32, i: u32) -> vec3<i32> {
-    let at = 3u * triangles[3u * triangle + i];
-    return vec3(positions[at + view.column_axis], positions[at + view.row_axis], positions[at + view.axis]);
-}
-
-fn see(triangle: u32) -> SeenTriangle {
-    let a = corner(triangle, 0u);
-    let b = corner(triangle, 1u);
-    let c = corner(triangle, 2u);
-    var seen: SeenTriangle;
-    seen.triangle = triangle;
+fn sorted_by_row(a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> SeenTriangle {
     let ab_low = select(b, a, a.y <= b.y);
     let ab_high = select(a, b, a.y <= b.y);
     let below_both = c.y < ab_low.y;
     let above_both = c.y >= ab_high.y;
-    seen.low = select(ab_low, c, below_both);
-    seen.high = select(ab_high, c, above_both);
-    seen.middle = select(select(c, ab_low, below_both), ab_high, above_both);
-    let least = min(min(a.x, b.x), c.x);
-    let greatest = max(max(a.x, b.x), c.x);
-    seen.first_row = max(index_from(seen.low.y), view.first_window_row);
-    seen.end_row = min(index_from(seen.high.y), view.end_window_row);
-    seen.first_column = max(index_from(least), view.first_window_column);
-    seen.end_column = min(index_from(greatest), view.end_window_column);
-    return seen;
+    let low = select(ab_low, c, below_both);
+    let high = select(ab_high, c, above_both);
+    let middle = select(select(c, ab_low, below_both), ab_high, above_both);
+    return SeenTriangle(low, middle, high);
 }
 
-// Returns the first column of a triangle in one row, and the one after its last; not yet clipped to the window.
-fn span_of_row(seen: SeenTriangle, row: i32) -> vec2<i32> {
+// Returns the rows of a band that a triangle may cover, from the first to the one after the last.
+fn rows_in(band: u32, a: vec3<i32>, b: vec3<i32>, c: vec3<i32>) -> vec2<i32> {
+    let least = min(min(a.xy, b.xy), c.xy);
+    let greatest = max(max(a.xy, b.xy), c.xy);
+    let first_column = max(index_from(least.x), view.bands[band].first_window_column);
+    let end_column = min(index_from(greatest.x), view.bands[band].end_window_column);
+    let first_row = max(index_from(least.y), view.bands[band].first_window_row);
+    let end_row = min(index_from(greatest.y), view.bands[band].end_window_row);
+    return vec2(first_row, select(first_row, end_row, first_column < end_column));
+}
+
+// Returns the columns of a band that a triangle covers in a row which it crosses, from the first to the one after the last.
+fn columns_in(band: u32, seen: SeenTriangle, row: i32) -> vec2<i32> {
     let position = ray_position(row);
     let along_long = first_column(seen.low, seen.high, position);
     // From the row of the middle corner on, the second short edge bounds the triangle.
@@ -53,5 +43,13 @@ fn span_of_row(seen: SeenTriangle, row: i32) -> vec2<i32> {
     let start = select(seen.middle, seen.low, is_below);
     let stop = select(seen.high, seen.middle, is_below);
     let along_short = first_column(start, stop, position);
-    return vec2(min(along_long, along_short), max(along_long, along_short));
+    let first = max(min(along_long, along_short), view.bands[band].first_window_column);
+    let end = min(max(along_long, along_short), view.bands[band].end_window_column);
+    return vec2(first, max(first, end));
+}
+
+// Returns the number of the ray of a row that would be in column 0.
+fn ray_of_row(band: u32, row: i32) -> u32 {
+    let before = u32(row - view.bands[band].first_row) * view.bands[band].columns;
+    return view.bands[band].first_ray + before - u32(view.bands[band].first_column);
 }

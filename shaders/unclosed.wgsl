@@ -1,6 +1,6 @@
 // Counts an unclosed ray.
-fn tell_unclosed(ray: u32) {
-    if is_counted(ray) {
-        atomicAdd(&tally.unclosed, 1u);
+fn tell_unclosed(ray: u32, band: u32) {
+    if is_counted(ray, band) {
+        atomicAdd(&tallies[band].unclosed, 1u);
     }
 }

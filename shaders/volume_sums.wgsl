@@ -1,23 +1,33 @@
-// Computes the integer sums of an image, one invocation per ray; the twin of `src/ldi/volume_sums.rs`. Rows beside the
-// counted ones serve only for comparison.
+// Computes the integer sums of images, one invocation per ray; the twin of `src/ldi/volume_sums.rs`. Rows beside the counted ones
+// serve only for comparison. Samples may lie with gaps between the rays.
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> offsets: array<u32>;
-@group(0) @binding(2) var<storage, read> samples: array<i32>;
-@group(0) @binding(3) var<storage, read_write> levels: array<u32>;
-// SUMS sums of 64 bits in two words each, then the largest number of samples of a ray and the number of all samples.
-@group(0) @binding(4) var<storage, read_write> totals: array<atomic<u32>>;
+@group(0) @binding(1) var<storage, read> starts: array<u32>;
+@group(0) @binding(2) var<storage, read> counts: array<u32>;
+@group(0) @binding(3) var<storage, read> samples: array<i32>;
+@group(0) @binding(4) var<storage, read_write> levels: array<u32>;
+// For each band, SUMS sums of 64 bits in two words each, then the largest number of samples of a ray and the number of all
+// samples.
+@group(0) @binding(5) var<storage, read_write> totals: array<atomic<u32>>;
 
 var<workgroup> group_low: array<atomic<u32>, SUMS>;
 var<workgroup> group_high: array<atomic<u32>, SUMS>;
 
+var<workgroup> group_layers: atomic<u32>;
+var<workgroup> group_samples: atomic<u32>;
+
+// Returns the number of samples of a ray; an unclosed one has none.
+fn count_of(ray: u32) -> u32 {
+    let count = counts[ray];
+    return select(count, 0u, count == UNCLOSED);
+}
+
 // Compares the samples of a ray with those of the next one, and marks those of the first, or else of the second, that lie
 // at the same depth and have the same direction.
 fn mark_level(a: u32, b: u32, mark: u32, marks_first: bool) {
-    let first_a = offsets[a];
-    let end_a = offsets[a + 1u];
-    let first_b = offsets[b];
-    let end_b = offsets[b + 1u];
+    let first_a = first_loose(a);
+    let end_a = first_a + count_of(a);
+    let first_b = first_loose(b);
+    let end_b = first_b + count_of(b);
     let is_paired = end_a - first_a == end_b - first_b;
     var reach = first_b;
     for (var i = first_a; i < end_a; i++) {
@@ -61,27 +71,29 @@ fn add_residual(depth: i32, index: i32, level: u32, direction: i32) {
     }
 }
 
-fn add_ray(ray: u32) {
-    let first = offsets[ray];
-    let end = offsets[ray + 1u];
+fn add_ray(ray: u32, band: u32) {
+    let first = first_loose(ray);
+    let end = first + count_of(ray);
     for (var at = first; at < end; at++) {
         levels[at] = 0u;
     }
-    let row = ray / view.columns;
-    let column = ray % view.columns;
+    let columns = view.bands[band].columns;
+    let own = ray - view.bands[band].first_ray;
+    let row = own / columns;
+    let column = own % columns;
     if column > 0u {
         mark_level(ray - 1u, ray, ALONG_COLUMNS, false);
     }
-    if column + 1u < view.columns {
+    if column + 1u < columns {
         mark_level(ray, ray + 1u, ALONG_COLUMNS, true);
     }
     if row > 0u {
-        mark_level(ray - view.columns, ray, ALONG_ROWS, false);
+        mark_level(ray - columns, ray, ALONG_ROWS, false);
     }
-    if ray + view.columns < view.rays {
-        mark_level(ray, ray + view.columns, ALONG_ROWS, true);
+    if own + columns < view.bands[band].rays {
+        mark_level(ray, ray + columns, ALONG_ROWS, true);
     }
-    let parity = (column & 1u) + 2u * (bitcast<u32>(view.first_row + i32(row)) & 1u);
+    let parity = (column & 1u) + 2u * (bitcast<u32>(view.bands[band].first_row + i32(row)) & 1u);
     for (var at = first; at < end; at += 2u) {
         let near = samples[at];
         let far = samples[at + 1u];
@@ -95,21 +107,45 @@ fn add_ray(ray: u32) {
         add_residual(near, first_node, levels[at], -1);
         add_residual(far, end_node, levels[at + 1u], 1);
     }
-    atomicMax(&totals[2u * SUMS], end - first);
-    atomicAdd(&totals[2u * SUMS + 1u], end - first);
+    atomicMax(&group_layers, end - first);
+    atomicAdd(&group_samples, end - first);
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn summarise(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
              @builtin(local_invocation_index) lane: u32) {
-    let ray = invocation_index(group, groups, lane);
-    if is_counted(ray) {
-        add_ray(ray);
+    if lane < SUMS {
+        atomicStore(&group_low[lane], 0u);
+        atomicStore(&group_high[lane], 0u);
+    }
+    if lane == 0u {
+        atomicStore(&group_layers, 0u);
+        atomicStore(&group_samples, 0u);
     }
     workgroupBarrier();
+    let ray = invocation_index(group, groups, lane);
+    let band = band_of(ray);
+    if is_ray(ray, band) && is_counted(ray, band) {
+        // Most rays of a scaffold's image miss it.
+        if count_of(ray) > 0u {
+            add_ray(ray, band);
+        }
+    }
+    workgroupBarrier();
+    if atomicLoad(&group_samples) == 0u {
+        return;
+    }
+    let of_band = band * TOTALS_WORDS;
     if lane < SUMS {
         let low = atomicLoad(&group_low[lane]);
-        let before = atomicAdd(&totals[2u * lane], low);
-        atomicAdd(&totals[2u * lane + 1u], atomicLoad(&group_high[lane]) + carry(before, low));
+        let high = atomicLoad(&group_high[lane]);
+        if (low | high) != 0u {
+            let before = atomicAdd(&totals[of_band + 2u * lane], low);
+            atomicAdd(&totals[of_band + 2u * lane + 1u], high + carry(before, low));
+        }
+    }
+    if lane == 0u {
+        atomicMax(&totals[of_band + 2u * SUMS], atomicLoad(&group_layers));
+        atomicAdd(&totals[of_band + 2u * SUMS + 1u], atomicLoad(&group_samples));
     }
 }

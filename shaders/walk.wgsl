@@ -12,19 +12,19 @@ struct Voxel {
     greatest: i32,
 }
 
-// Takes the crossings from `first` on that lie in `voxel`, possibly none; `winding` is that before it.
-fn take_voxel(first: u32, end: u32, voxel: u32, winding: i32) -> Voxel {
+// Takes the crossings from `first` on that lie in `voxel` of a ray of a band, possibly none; `winding` is that before it.
+fn take_voxel(first: u32, end: u32, band: u32, voxel: u32, winding: i32) -> Voxel {
     var taken = Voxel(first, winding, false, 0, 0);
     if first == end {
         return taken;
     }
-    if crossing_voxel(crossings[first]) != voxel {
+    if crossing_voxel(crossings[first], band) != voxel {
         return taken;
     }
     taken.least = crossing_floor(crossings[first]);
     while taken.end < end {
         let crossing = crossings[taken.end];
-        if crossing_voxel(crossing) != voxel {
+        if crossing_voxel(crossing, band) != voxel {
             break;
         }
         if NON_ZERO {

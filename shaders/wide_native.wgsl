@@ -67,14 +67,3 @@ fn wide_from_long(a: Long) -> Wide {
     // By way of u64: for u32 straight to i64, naga 30 emits a sign extension in SPIR-V.
     return (a.high << 32u) | i64(u64(a.low));
 }
-
-// Returns -1, 0 or 1.
-fn long_sign(a: Long) -> i32 {
-    return select(select(0, 1, a.high > 0li || a.low > 0u), -1, a.high < 0li);
-}
-
-// Returns the integer of two words.
-fn wide_from_words(low: u32, high: u32) -> Wide {
-    // By way of u64, as above.
-    return (i64(bitcast<i32>(high)) << 32u) | i64(u64(low));
-}

@@ -111,13 +111,3 @@ fn long_to_f32(a: Long) -> f32 {
 fn wide_from_long(a: Long) -> Wide {
     return Wide(a.low, bitcast<i32>(a.middle));
 }
-
-// Returns -1, 0 or 1.
-fn long_sign(a: Long) -> i32 {
-    return select(select(0, 1, a.high > 0 || a.middle > 0u || a.low > 0u), -1, a.high < 0);
-}
-
-// Returns the integer of two words.
-fn wide_from_words(low: u32, high: u32) -> Wide {
-    return Wide(low, bitcast<i32>(high));
-}

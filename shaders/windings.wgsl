@@ -32,9 +32,22 @@ fn add_winding(crossing: u32, position: i32, changes_parity: bool, becomes_insid
     }
 }
 
-// Adds the sums of an invocation to the tally; all invocations of a workgroup must call it. Most have nothing to add where
-// triangles lie between the rays.
-fn add_to_tally(lane: u32) {
+// Clears the sums of a workgroup; all its invocations must call it first.
+fn clear_tally(lane: u32) {
+    if lane == 0u {
+        atomicStore(&group_wound_low, 0u);
+        atomicStore(&group_wound_high, 0u);
+        atomicStore(&group_unpaired_low, 0u);
+        atomicStore(&group_unpaired_high, 0u);
+        atomicStore(&group_aligned, 0);
+        atomicStore(&group_changes, 0u);
+    }
+    workgroupBarrier();
+}
+
+// Adds the sums of an invocation to the tally of a band; all invocations of a workgroup must call it. Most have nothing to add
+// where triangles lie between the rays.
+fn add_to_tally(lane: u32, band: u32) {
     if changes != 0u || aligned != 0 || any((wound | unpaired) != vec2(0u)) {
         let wound_before = atomicAdd(&group_wound_low, wound.x);
         atomicAdd(&group_wound_high, wound.y + carry(wound_before, wound.x));
@@ -48,19 +61,22 @@ fn add_to_tally(lane: u32) {
         let wound_sum = vec2(atomicLoad(&group_wound_low), atomicLoad(&group_wound_high));
         let unpaired_sum = vec2(atomicLoad(&group_unpaired_low), atomicLoad(&group_unpaired_high));
         if any(wound_sum != vec2(0u)) {
-            let before = atomicAdd(&tally.wound_low, wound_sum.x);
-            atomicAdd(&tally.wound_high, wound_sum.y + carry(before, wound_sum.x));
+            let before = atomicAdd(&tallies[band].wound_low, wound_sum.x);
+            atomicAdd(&tallies[band].wound_high, wound_sum.y + carry(before, wound_sum.x));
         }
         if any(unpaired_sum != vec2(0u)) {
-            let before = atomicAdd(&tally.unpaired_low, unpaired_sum.x);
-            atomicAdd(&tally.unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
+            let before = atomicAdd(&tallies[band].unpaired_low, unpaired_sum.x);
+            atomicAdd(&tallies[band].unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
         }
         // The sum of one workgroup fits 32 bits; that of a band with many crossings in each voxel does not.
         let aligned_sum = wide_term(vec2(0u), atomicLoad(&group_aligned));
         if any(aligned_sum != vec2(0u)) {
-            let before = atomicAdd(&tally.aligned_low, aligned_sum.x);
-            atomicAdd(&tally.aligned_high, aligned_sum.y + carry(before, aligned_sum.x));
+            let before = atomicAdd(&tallies[band].aligned_low, aligned_sum.x);
+            atomicAdd(&tallies[band].aligned_high, aligned_sum.y + carry(before, aligned_sum.x));
         }
-        atomicAdd(&tally.changes, atomicLoad(&group_changes));
+        let changes_sum = atomicLoad(&group_changes);
+        if changes_sum != 0u {
+            atomicAdd(&tallies[band].changes, changes_sum);
+        }
     }
 }

@@ -219,6 +219,16 @@ impl Sampler for WithCpu {
         self.run(|sampler| sampler.sample(solid, axis, mode, fill))
     }
 
+    fn sample_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<Ldi>, SampleError> {
+        self.run(|sampler| sampler.sample_along(solid, axes, mode, fill))
+    }
+
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
         self.run(|sampler| sampler.sample_surface(solid, axis, fill))
     }
@@ -231,6 +241,16 @@ impl Sampler for WithCpu {
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
         self.run(|sampler| sampler.volume_sums(solid, axis, mode, fill))
+    }
+
+    fn volume_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        self.run(|sampler| sampler.volume_sums_along(solid, axes, mode, fill))
     }
 }
 
@@ -245,14 +265,14 @@ impl MaskIntersection for WithCpu {
         self.run(|sampler| sampler.sample_intersection(solids, axis, estimate, fill))
     }
 
-    fn intersection_sums(
+    fn intersection_sums_along(
         &self,
         solids: [&LatticeSolid; 2],
-        axis: Axis,
+        axes: &[Axis],
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<VolumeSums, SampleError> {
-        self.run(|sampler| sampler.intersection_sums(solids, axis, estimate, fill))
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        self.run(|sampler| sampler.intersection_sums_along(solids, axes, estimate, fill))
     }
 }
 

@@ -93,29 +93,33 @@ impl ImageMaker<'_> {
         image.map_err(Error::input)
     }
 
-    /// Returns the volume sums of [`image`](Self::image). The sampler computes them itself where it makes the whole image.
-    pub fn volume_sums(&mut self, measurement: &Measurement, solids: &[LatticeSolid]) -> Result<VolumeSums, Error> {
-        match measurement {
-            Measurement::Boolean(Boolean { expression, .. }) => {
-                if let Some(([a, b], estimate)) = masked(expression, self.mode) {
-                    return self.timed(|maker| {
-                        maker.sampler.intersection_sums([&solids[a], &solids[b]], maker.axis, estimate, maker.fill)
-                    });
-                }
-                let image = self.sweep(expression, solids)?;
-                let start = Instant::now();
-                let volume_sums = image.volume_sums();
-                self.seconds.integrate += start.elapsed().as_secs_f64();
-                Ok(volume_sums)
-            }
-            Measurement::Volume | Measurement::Sample => {
-                let mode = self.mode;
-                let volume_sums =
-                    self.timed(|maker| maker.sampler.volume_sums(&solids[0], maker.axis, mode, maker.fill))?;
-                self.record_windings(0, volume_sums.windings());
-                Ok(volume_sums)
-            }
+    /// Returns the volume sums of the [`image`](Self::image) along each of some axes. The sampler computes them itself, together,
+    /// where it makes the whole images.
+    pub fn volume_sums(
+        &mut self,
+        measurement: &Measurement,
+        solids: &[LatticeSolid],
+        axes: &[Axis],
+    ) -> Result<Vec<VolumeSums>, Error> {
+        let mode = self.mode;
+        let Measurement::Boolean(Boolean { expression, .. }) = measurement else {
+            let sums = self.timed(|maker| maker.sampler.volume_sums_along(&solids[0], axes, mode, maker.fill))?;
+            sums.iter().for_each(|sums| self.record_windings(0, sums.windings()));
+            return Ok(sums);
+        };
+        if let Some(([a, b], estimate)) = masked(expression, mode) {
+            let solids = [&solids[a], &solids[b]];
+            return self.timed(|maker| maker.sampler.intersection_sums_along(solids, axes, estimate, maker.fill));
         }
+        let along = |&axis: &Axis| {
+            self.axis = axis;
+            let image = self.sweep(expression, solids)?;
+            let start = Instant::now();
+            let volume_sums = image.volume_sums();
+            self.seconds.integrate += start.elapsed().as_secs_f64();
+            Ok(volume_sums)
+        };
+        axes.iter().map(along).collect()
     }
 
     /// Returns the image of an expression: samples each solid once for each mode that the plan needs, then sweeps all images

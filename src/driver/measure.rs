@@ -444,11 +444,10 @@ fn check_raster(
     let lattice = quantise(job, solids, &grid)?;
     seconds.sample += quantising.elapsed().as_secs_f64();
     let (mode, fill) = (Mode::Exact, job.fill);
-    let along = |axis| {
-        let mut maker = ImageMaker { sampler, axis, mode, fill, triangles: Triangles::NotWanted, seconds, rules_agree };
-        Ok(AxisVolume::from_sums(&maker.volume_sums(&job.measurement, &lattice)?))
-    };
-    Axis::ALL.into_iter().map(along).collect()
+    let (axis, triangles) = (Axis::X, Triangles::NotWanted);
+    let mut maker = ImageMaker { sampler, axis, mode, fill, triangles, seconds, rules_agree };
+    let sums = maker.volume_sums(&job.measurement, &lattice, &Axis::ALL)?;
+    Ok(sums.iter().map(AxisVolume::from_sums).collect())
 }
 
 /// Lays a grid and samples along every requested axis.
@@ -491,7 +490,8 @@ fn sample_round<'b>(
         },
         rules_agree: vec![None; solids.len()],
     };
-    for &axis in &job.axes {
+    let mut sums = Vec::new();
+    for (index, &axis) in job.axes.iter().enumerate() {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()))?;
         let mut maker = ImageMaker {
             sampler: round.choice.sampler(),
@@ -516,7 +516,11 @@ fn sample_round<'b>(
             }
             volume_sums
         } else {
-            maker.volume_sums(&job.measurement, &lattice)?
+            // All together, with the first.
+            if sums.is_empty() {
+                sums = maker.volume_sums(&job.measurement, &lattice, &job.axes)?;
+            }
+            sums[index]
         };
         volumes.push(AxisVolume::from_sums(&volume_sums));
         round.layers[axis.depth()] = Some(volume_sums.layers());

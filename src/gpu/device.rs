@@ -1,7 +1,8 @@
-//! An open device: its limits, its errors, and read-back to host memory.
+//! An open device: its limits, its errors, and the memory through which results come back.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use super::{Adapter, AdapterKind, DeviceError};
 
@@ -12,11 +13,33 @@ pub struct Device {
     adapter: Adapter,
     faults: Arc<Mutex<Faults>>,
     pub(super) times: Mutex<Option<Vec<StageTime>>>,
+    /// The memory through which the last result came back, for the next one.
+    staging: Mutex<Option<wgpu::Buffer>>,
+    counters: Mutex<Counters>,
 }
+
+/// The work that a device was given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Number of dispatches of shaders.
+    pub dispatches: u64,
+    /// Number of submissions, each of which the host waited for.
+    pub submissions: u64,
+    /// Bytes of meshes and lists that were copied to the device; constants are left out.
+    pub uploaded: u64,
+    /// Bytes of results that were copied from the device.
+    pub read_back: u64,
+}
+
+/// Longest time to wait for one submission. Bands are small enough for a hundredth of it on a slow GPU; a software adapter
+/// takes minutes for the largest.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The errors since the last check.
 #[derive(Default)]
 struct Faults {
+    /// An error that a test wants, and the number of checks before it.
+    wanted: Option<(u32, DeviceError)>,
     /// The first error; later ones that follow from it are discarded.
     first: Option<DeviceError>,
     /// The loss of the device, which is permanent.
@@ -28,7 +51,9 @@ struct Faults {
 pub struct StageTime {
     /// The stage's name.
     pub stage: &'static str,
-    /// Seconds by the device's own clock.
+    /// The device's own clock, in seconds, when the stage began.
+    pub begin: f64,
+    /// Seconds by that clock.
     pub seconds: f64,
 }
 
@@ -81,7 +106,15 @@ impl Device {
                 held(&kept).loss.get_or_insert(DeviceError::Lost { adapter: name.clone(), reason: said });
             }
         });
-        Ok(Device { device, queue, adapter: adapter.clone(), faults, times: Mutex::new(None) })
+        Ok(Device {
+            device,
+            queue,
+            adapter: adapter.clone(),
+            faults,
+            times: Mutex::new(None),
+            staging: Mutex::new(None),
+            counters: Mutex::default(),
+        })
     }
 
     /// Returns the adapter that was opened.
@@ -93,17 +126,27 @@ impl Device {
     /// stays lost.
     pub(crate) fn check(&self) -> Result<(), DeviceError> {
         let mut faults = held(&self.faults);
+        match faults.wanted.take() {
+            Some((0, error @ DeviceError::Lost { .. })) => faults.loss = Some(error),
+            Some((0, error)) => faults.first = Some(error),
+            Some((checks, error)) => faults.wanted = Some((checks - 1, error)),
+            None => {}
+        }
         let first = faults.first.take();
         faults.loss.clone().or(first).map_or(Ok(()), Err)
     }
 
-    /// Starts to record the times of all stages for [`take_stage_times`](Self::take_stage_times), where the adapter can
-    /// measure them. Clears (stage `clear`) and copies to the host (`read back`) are included where
-    /// [`times_transfers`](Self::times_transfers) is true.
-    pub fn keep_stage_times(&self) {
-        if self.adapter.timestamps {
-            *held(&self.times) = Some(Vec::new());
-        }
+    /// Has the device fail after this many checks for errors: once, but a loss is permanent. For tests.
+    #[doc(hidden)]
+    pub fn fail_after(&self, checks: u32, error: DeviceError) {
+        held(&self.faults).wanted = Some((checks, error));
+    }
+
+    /// Starts or stops recording the times of all stages for [`take_stage_times`](Self::take_stage_times), where the adapter
+    /// can measure them. Clears (stage `clear`) and copies to the host (`read back`) are included where
+    /// [`times_transfers`](Self::times_transfers) is true. Timed stages do not overlap, and take longer together.
+    pub fn keep_stage_times(&self, keep: bool) {
+        *held(&self.times) = (keep && self.adapter.timestamps).then(Vec::new);
     }
 
     /// Returns whether the adapter can time clears and copies, besides dispatches.
@@ -156,16 +199,69 @@ impl Device {
         buffer.get_mapped_range_mut(..).map_err(|error| self.lost(error.to_string()))?.copy_from_slice(contents);
         buffer.unmap();
         self.check()?;
+        held(&self.counters).uploaded += contents.len() as u64;
         Ok(buffer)
     }
 
-    /// Waits for all work submitted so far.
-    pub(super) fn wait(&self) -> Result<(), DeviceError> {
+    /// Compiles a shader without the checks that wgpu adds to every access of a buffer, every loop and every division.
+    pub(super) fn shader(&self, name: &'static str, source: &str) -> wgpu::ShaderModule {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
+        // SAFETY: all shaders are part of this library. Their indices are either those of an invocation, compared with
+        // the number of items before use, or read from buffers that other stages filled: vertices of triangles, which
+        // are checked where a mesh is made; rays within the clipped window of a band; offsets that are sums of counts,
+        // compared with the capacity of the lists before anything is written. Loops count up to such numbers, and
+        // divisors are sizes of images and voxels, which are not zero. The twins compare every stage with the CPU in
+        // buffers that are filled with a word before use.
+        unsafe { self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
+    }
+
+    /// Returns memory that a submission can copy this many bytes to, for the host to read.
+    pub(super) fn staging(&self, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
+        let kept = held(&self.staging).take().filter(|kept| kept.size() >= bytes);
+        if let Some(kept) = kept {
+            return Ok(kept);
+        }
+        let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("to the host"),
+            size: bytes.max(256).next_multiple_of(4),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.check()?;
+        Ok(staging)
+    }
+
+    /// Keeps memory for the next result.
+    pub(super) fn keep_staging(&self, staging: wgpu::Buffer) {
+        *held(&self.staging) = Some(staging);
+    }
+
+    /// Counts a submission.
+    pub(super) fn count(&self, dispatches: u64, read_back: u64) {
+        let mut counters = held(&self.counters);
+        counters.dispatches += dispatches;
+        counters.submissions += 1;
+        counters.read_back += read_back;
+    }
+
+    /// Returns the work since the last call.
+    pub fn take_counters(&self) -> Counters {
+        std::mem::take(&mut *held(&self.counters))
+    }
+
+    /// Waits for a submission.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), DeviceError> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(PATIENCE) };
         // When a device is lost meanwhile, wgpu 30 calls the callback, and then panics.
-        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::wait_indefinitely())));
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
         self.check()?;
         match polled {
-            Ok(polled) => polled.map(|_| ()).map_err(|error| self.lost(error.to_string())),
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(wgpu::PollError::Timeout)) => {
+                Err(DeviceError::TimedOut { adapter: self.adapter.name.clone(), seconds: PATIENCE.as_secs() })
+            }
+            Ok(Err(error)) => Err(self.lost(error.to_string())),
             Err(_) => Err(self.lost("the driver stopped while the program waited for it".to_owned())),
         }
     }

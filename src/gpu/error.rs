@@ -68,6 +68,14 @@ pub enum DeviceError {
         /// The driver's message.
         reason: String,
     },
+    /// The device did not finish some work in time.
+    #[error("{adapter} did not finish its work in {seconds} s; lower the resolution, or use the CPU")]
+    TimedOut {
+        /// The adapter's name.
+        adapter: String,
+        /// The seconds that were waited.
+        seconds: u64,
+    },
     /// The driver rejected a shader or a command: a fault of this program, or of the driver.
     #[error("{adapter} rejected a shader or a command: {reason}; please report this, and use the CPU meanwhile")]
     Rejected {

@@ -16,6 +16,8 @@ mod kernel;
 #[cfg(feature = "gpu")]
 mod pool;
 #[cfg(feature = "gpu")]
+mod recorder;
+#[cfg(feature = "gpu")]
 mod shared;
 #[cfg(feature = "gpu")]
 mod stage;
@@ -27,12 +29,14 @@ pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
 #[cfg(feature = "gpu")]
 pub(crate) use device::held;
 #[cfg(feature = "gpu")]
-pub use device::{Device, Needs, StageTime};
+pub use device::{Counters, Device, Needs, StageTime};
 pub use error::DeviceError;
 #[cfg(feature = "gpu")]
-pub(crate) use kernel::{Access, Kernel, MOST_WORKGROUPS, Recorder, WORKGROUP, Workgroups, counted, workgroups};
+pub(crate) use kernel::{Access, Kernel};
 #[cfg(feature = "gpu")]
 pub(crate) use pool::{Pool, bytes_of};
+#[cfg(feature = "gpu")]
+pub(crate) use recorder::{Recorder, WORKGROUP, Workgroups, counted, workgroups};
 #[cfg(feature = "gpu")]
 pub(crate) use shared::shared_struct;
 #[cfg(feature = "gpu")]

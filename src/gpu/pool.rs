@@ -28,6 +28,11 @@ impl Pool {
         Ok(buffer)
     }
 
+    /// Drops all buffers, so that the device has their memory for others.
+    pub fn release(&mut self) {
+        self.buffers.clear();
+    }
+
     /// Returns the buffer, or a larger new one of the same name. A buffer returned earlier stays valid.
     fn grown(&mut self, device: &Device, name: &'static str, bytes: u64) -> Result<wgpu::Buffer, DeviceError> {
         let place = self.buffers.iter().position(|(other, _)| *other == name);

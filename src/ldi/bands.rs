@@ -50,17 +50,16 @@ impl BandImage {
         BandImage { ends: vec![0; rays as usize], windings, ..BandImage::default() }
     }
 
-    /// Returns a band from its parts: the end of the samples of each ray, the samples, their triangles or none, and the
-    /// unclosed rays, counted from the band's first.
+    /// Returns a band from its parts: the end of the samples of each ray, the samples, and their triangles or none.
     #[cfg(feature = "gpu")]
-    pub fn from_parts(
-        ends: Vec<u32>,
-        depths: Vec<i32>,
-        triangles: Vec<u32>,
-        windings: Option<Windings>,
-        unclosed: Vec<u32>,
-    ) -> BandImage {
-        BandImage { ends, depths, triangles, windings, unclosed }
+    pub fn from_parts(ends: Vec<u32>, depths: Vec<i32>, triangles: Vec<u32>, windings: Option<Windings>) -> BandImage {
+        BandImage { ends, depths, triangles, windings, unclosed: Vec::new() }
+    }
+
+    /// Returns the band with its unclosed rays, counted from its first.
+    #[cfg(feature = "gpu")]
+    pub fn with_unclosed(self, unclosed: Vec<u32>) -> BandImage {
+        BandImage { unclosed, ..self }
     }
 
     /// Ends the ray whose samples were just appended.
@@ -109,6 +108,14 @@ pub fn image_from_bands<S>(
     Ok(builder.finish())
 }
 
+/// Appends a list to another; the first one of some is moved.
+fn append<T: Copy>(to: &mut Vec<T>, list: Vec<T>) {
+    match to.is_empty() {
+        true => *to = list,
+        false => to.extend_from_slice(&list),
+    }
+}
+
 /// An image that is built band by band, in the order of the rays.
 pub struct ImageBuilder {
     image: Ldi,
@@ -131,8 +138,8 @@ impl ImageBuilder {
             return Err(TooManySamples { axis: image.axis });
         }
         let (base, first_ray) = (image.depths.len() as u32, image.offsets.len() as u32 - 1);
-        image.depths.extend_from_slice(&band.depths);
-        image.triangles.extend_from_slice(&band.triangles);
+        append(&mut image.depths, band.depths);
+        append(&mut image.triangles, band.triangles);
         image.offsets.extend(band.ends.iter().map(|end| base + end));
         image.windings = match (image.windings, band.windings) {
             (Some(sum), Some(more)) => Some(sum.plus(more)),

@@ -22,8 +22,8 @@
 //! perturbation (`membership`), so that no component and no gap stays undecided. Gaps shorter than four lattice steps, a few
 //! millionths of a pitch, are closed unless a node lies in them.
 //!
-//! A GPU performs the first three steps, too, with the same results: `cull::gpu` tests every pair, [`Primitives::spans`] takes
-//! either sampler, and `resolve::gpu` floods masks of all nodes.
+//! A GPU performs the second and the third step, too, with the same results: [`Primitives::spans`] takes either sampler, and
+//! `resolve::gpu` floods masks of all nodes.
 //!
 //! The difference A ⊖ B = {x : x + B ⊆ A} is the complement of complement(A) ⊕ (−B): the same steps with A turned inside out
 //! and everything beyond the outermost crossings counted as in.

@@ -121,6 +121,17 @@ pub trait Sampler {
     /// Returns the image of a solid along `axis`.
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError>;
 
+    /// Returns the images of a solid along several axes, each once, which a device makes together.
+    fn sample_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<Ldi>, SampleError> {
+        axes.iter().map(|&axis| self.sample(solid, axis, mode, fill)).collect()
+    }
+
     /// Returns the exact image of a solid, each sample with the triangle that made it ([`Ldi::triangles`]).
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError>;
 
@@ -133,6 +144,17 @@ pub trait Sampler {
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
         Ok(self.sample(solid, axis, mode, fill)?.volume_sums())
+    }
+
+    /// Returns the sums over the images along several axes, each once, which a device makes together.
+    fn volume_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        axes.iter().map(|&axis| self.volume_sums(solid, axis, mode, fill)).collect()
     }
 }
 
@@ -149,15 +171,17 @@ pub trait MaskIntersection: Sampler {
         fill: FillRule,
     ) -> Result<Ldi, SampleError>;
 
-    /// Returns the sums over the image of [`sample_intersection`](Self::sample_intersection).
-    fn intersection_sums(
+    /// Returns the sums over the images of [`sample_intersection`](Self::sample_intersection) along several axes, each once,
+    /// which a device makes together.
+    fn intersection_sums_along(
         &self,
         solids: [&LatticeSolid; 2],
-        axis: Axis,
+        axes: &[Axis],
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<VolumeSums, SampleError> {
-        Ok(self.sample_intersection(solids, axis, estimate, fill)?.volume_sums())
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        let image = |&axis: &Axis| self.sample_intersection(solids, axis, estimate, fill);
+        axes.iter().map(|axis| Ok(image(axis)?.volume_sums())).collect()
     }
 }
 

@@ -67,8 +67,7 @@ fn geometry_in_chunks_and_crossings_in_halved_bands_give_equal_images() {
     }
 }
 
-/// One triangle per chunk, the crossings of one ray per band, and no room in the queue of large triangles, or room for four
-/// blocks.
+/// One triangle per chunk, the crossings of one ray per band, and one block of rows, or five, per buffer of blocks.
 #[test]
 fn the_smallest_bindings_give_equal_images() {
     let frame = Frame { shift: 5, rays: [8, 9, 10] };

@@ -16,7 +16,6 @@ fn corpus_solids_have_equal_images() {
         // The manifest lists a scaffold of beams alone without a volume.
         let sound = entry.class != "nasty" && entry.volume.is_some();
         let mesh = match io::read(&entry.path) {
-            // Beams are meshed so finely that tiles hold more triangles than a loop of a software adapter has rounds.
             Ok(file) if file.notes.iter().any(|note| matches!(note, ReadNote::BeamsMeshed { .. })) => continue,
             Ok(file) => file.mesh,
             Err(error) if sound => panic!("{error}"),

@@ -7,7 +7,6 @@ mod arithmetic;
 mod bands;
 mod comparison;
 mod corpus;
-mod cull;
 mod device;
 mod history;
 mod images;

@@ -5,16 +5,17 @@ use std::sync::LazyLock;
 
 use ldi_ops::gpu::{Adapter, AdapterKind, adapters, choose};
 use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{Arithmetic, GpuOptions, GpuSampler, Route};
-use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
+use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 
 use crate::comparison::assert_same;
 
 pub const MODES: [Mode; 3] = [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)];
 pub const ESTIMATES: [Estimate; 2] = [Estimate::Over, Estimate::Under];
 pub const FILLS: [FillRule; 2] = [FillRule::EvenOdd, FillRule::NonZero];
-pub const ROUTES: [Route; 3] = [Route::Masks, Route::Lists, Route::Tiles];
+pub const ROUTES: [Route; 2] = [Route::Masks, Route::Lists];
 
 /// The initial content of buffers; as a count, an offset, a mask or a depth it is wrong.
 const SENTINEL: u32 = 0xa5a5_a5a5;
@@ -46,8 +47,8 @@ impl Twin {
 
 /// Returns all routes in each arithmetic that the adapter has, with buffers filled with a sentinel.
 ///
-/// A small binding keeps the queue of large triangles small, which is filled for every pass. The binding has room for the masks
-/// of 121 rays of the most voxels.
+/// A small binding keeps the buffers small that are filled for every job. It has room for the masks of 128 rays of the most
+/// voxels.
 pub fn all() -> &'static [Twin] {
     static ALL: LazyLock<Vec<Twin>> = LazyLock::new(|| {
         let native = ADAPTER.int64.then_some(Arithmetic::Native);
@@ -94,6 +95,24 @@ pub fn compare_image(what: impl Display, twins: &[Twin], solid: &LatticeSolid, a
     }
 }
 
+/// Compares the images and their sums along all axes, which a device makes together, in one mode, under one fill rule.
+pub fn compare_together(what: impl Display, twins: &[Twin], solid: &LatticeSolid, mode: Mode, fill: FillRule) {
+    let cpu = CpuSampler::default();
+    let each = |result: Result<Vec<Ldi>, SampleError>| match result {
+        Ok(images) => images.into_iter().map(Ok).collect(),
+        Err(error) => vec![Err(error)],
+    };
+    let expected = each(cpu.sample_along(solid, &Axis::ALL, mode, fill));
+    let sums = cpu.volume_sums_along(solid, &Axis::ALL, mode, fill);
+    for twin in distinct(twins, mode, fill) {
+        let what = format!("{what}, all axes, {mode:?}, {fill:?}; {}", twin.name());
+        let found = each(twin.gpu.sample_along(solid, &Axis::ALL, mode, fill));
+        assert_eq!(found.len(), expected.len(), "{what}");
+        found.iter().zip(&expected).for_each(|(found, expected)| assert_same(&what, found, expected));
+        assert_eq!(twin.gpu.volume_sums_along(solid, &Axis::ALL, mode, fill), sums, "{what}");
+    }
+}
+
 /// Compares the images of a solid along an axis: all modes, both fill rules, and the surfaces.
 pub fn compare_along(what: impl Display, twins: &[Twin], solid: &LatticeSolid, axis: Axis) {
     for fill in FILLS {
@@ -112,6 +131,9 @@ pub fn compare_along(what: impl Display, twins: &[Twin], solid: &LatticeSolid, a
 pub fn compare_all(what: impl Display, twins: &[Twin], solid: &LatticeSolid) {
     for axis in Axis::ALL {
         compare_along(&what, twins, solid, axis);
+    }
+    for (mode, fill) in MODES.into_iter().flat_map(|mode| FILLS.map(|fill| (mode, fill))) {
+        compare_together(&what, twins, solid, mode, fill);
     }
 }
 

@@ -1,6 +1,7 @@
 //! Volume sums that the device computes.
 
 use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::ldi::VolumeSums;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, Route};
 use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode, Sampler};
@@ -25,8 +26,11 @@ fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_
                     assert_same(format_args!("{what}, {axis:?}, {mode:?}, {fill:?}; {name}"), &found, &expected);
                 }
                 for estimate in ESTIMATES {
-                    let found = twin.gpu.intersection_sums([a, b], axis, estimate, fill);
-                    let expected = cpu.intersection_sums([a, b], axis, estimate, fill);
+                    // Two axes, so that the bands of both share workgroups and buffers.
+                    let axes = [axis, Axis::ALL[(axis.depth() + 1) % 3]];
+                    let of_axis = |sums: Vec<VolumeSums>| sums[0];
+                    let found = twin.gpu.intersection_sums_along([a, b], &axes, estimate, fill).map(of_axis);
+                    let expected = cpu.intersection_sums_along([a, b], &axes, estimate, fill).map(of_axis);
                     assert_same(
                         format_args!("{what}, {axis:?}, {estimate:?}, {fill:?}, two; {name}"),
                         &found,
@@ -41,7 +45,7 @@ fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_
 #[test]
 fn soups_have_equal_summaries_in_bands_of_any_size() {
     let small =
-        [(50, Route::Masks), (23, Route::Lists), (5, Route::Masks), (37, Route::Tiles)].map(|(band_rays, route)| {
+        [(50, Route::Masks), (23, Route::Lists), (5, Route::Masks), (37, Route::Lists)].map(|(band_rays, route)| {
             let binding = 1 << 20;
             Twin::open(GpuOptions { band_rays, route, binding, prefill: Some(0xa5a5_a5a5), ..GpuOptions::default() })
         });

@@ -44,8 +44,6 @@
 mod distinct;
 mod features;
 mod gauss;
-#[cfg(feature = "gpu")]
-pub mod gpu;
 mod pairs;
 mod sign;
 

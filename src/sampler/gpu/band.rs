@@ -2,9 +2,13 @@
 
 use std::ops::Range;
 
+use crate::grid::Axis;
+
 /// Consecutive rays of an image: whole rows, or part of one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Band {
+    /// The direction of the rays.
+    pub axis: Axis,
     /// The first row.
     pub first_row: u32,
     /// The number of rows.
@@ -18,13 +22,14 @@ pub struct Band {
 
 impl Band {
     /// Returns the band of the given rows of an image with this many columns.
-    pub fn of_rows(rows: Range<u32>, columns: u32) -> Band {
-        Band::with_neighbours(rows.clone(), rows, columns)
+    pub fn of_rows(axis: Axis, rows: Range<u32>, columns: u32) -> Band {
+        Band::with_neighbours(axis, rows.clone(), rows, columns)
     }
 
     /// Returns the band of the given rows, of which only some are counted.
-    pub fn with_neighbours(rows: Range<u32>, counted: Range<u32>, columns: u32) -> Band {
+    pub fn with_neighbours(axis: Axis, rows: Range<u32>, counted: Range<u32>, columns: u32) -> Band {
         Band {
+            axis,
             first_row: rows.start,
             rows: rows.end - rows.start,
             first_column: 0,
@@ -50,6 +55,11 @@ impl Band {
         self.rows * (self.end_column - self.first_column)
     }
 
+    /// Returns the counted rows.
+    pub fn counted_rows(&self) -> Range<u32> {
+        self.first_counted..self.end_counted
+    }
+
     /// Returns both halves of a band whose rows are all counted, in the order of their rays, or `None` for a single
     /// ray.
     pub fn halves(&self) -> Option<[Band; 2]> {
@@ -57,7 +67,7 @@ impl Band {
         if self.rows > 1 {
             let rows = self.first_row..self.first_row + self.rows;
             let middle = self.first_row + self.rows / 2;
-            return Some([rows.start..middle, middle..rows.end].map(|rows| Band::of_rows(rows, columns)));
+            return Some([rows.start..middle, middle..rows.end].map(|rows| Band::of_rows(self.axis, rows, columns)));
         }
         let middle = self.first_column + columns / 2;
         (columns > 1).then_some([Band { end_column: middle, ..*self }, Band { first_column: middle, ..*self }])
@@ -65,18 +75,18 @@ impl Band {
 }
 
 /// Divides rows into bands of at most `most_rays` rays, in the order of their rays.
-pub fn cut(rows: Range<u32>, columns: u32, most_rays: u32) -> Vec<Band> {
+pub fn cut(axis: Axis, rows: Range<u32>, columns: u32, most_rays: u32) -> Vec<Band> {
     let most_rays = most_rays.max(1);
     let rows_at_once = most_rays / columns;
     let starts = |range: Range<u32>, step: u32| range.step_by(step as usize);
     if rows_at_once > 0 {
-        let band = |first: u32| Band::of_rows(first..rows.end.min(first.saturating_add(rows_at_once)), columns);
+        let band = |first: u32| Band::of_rows(axis, first..rows.end.min(first.saturating_add(rows_at_once)), columns);
         return starts(rows.clone(), rows_at_once).map(band).collect();
     }
     let part = |row: u32, first: u32| Band {
         first_column: first,
         end_column: columns.min(first.saturating_add(most_rays)),
-        ..Band::of_rows(row..row + 1, columns)
+        ..Band::of_rows(axis, row..row + 1, columns)
     };
     rows.flat_map(|row| starts(0..columns, most_rays).map(move |first| part(row, first))).collect()
 }
@@ -99,7 +109,7 @@ mod tests {
         for (rows, columns, most) in
             [(0..7, 5, 100), (2..9, 5, 11), (0..3, 17, 4), (1..2, 1, 1), (0..4, 4, 0), (3..3, 8, 8)]
         {
-            let bands = cut(rows.clone(), columns, most);
+            let bands = cut(Axis::Y, rows.clone(), columns, most);
             let expected: Vec<u32> = (rows.start * columns..rows.end * columns).collect();
             assert_eq!(rays_in_order(&bands, columns), expected, "{rows:?}, {columns}, {most}");
             assert!(bands.iter().all(|band| band.rays() <= most.max(1) && band.rays() > 0));
@@ -108,7 +118,7 @@ mod tests {
 
     #[test]
     fn halves_hold_the_same_rays() {
-        let mut bands = vec![Band::of_rows(1..6, 7)];
+        let mut bands = vec![Band::of_rows(Axis::X, 1..6, 7)];
         while let Some(place) = bands.iter().position(|band| band.rays() > 1) {
             let halves = bands[place].halves().unwrap();
             bands.splice(place..=place, halves);

@@ -1,14 +1,14 @@
-//! Reduced crossing lists: `count` → `scan` → `scatter` → `sort` (and `merge`) as for images, then `gaps` (how often
-//! each crossing is kept) → `scan` → `offsets` and `keep`.
+//! Reduced crossing lists: lists as for images, sorted, then `gaps` (how often each crossing is kept) → `scan` → `offsets` and
+//! `keep`.
 
-use super::band::cut;
-use super::image::{BandError, BandJob, Image, Way};
+use super::GpuSampler;
+use super::image::Image;
+use super::job::{Job, JobError};
 use super::lists::Lists;
-use super::passes::MOST_SCANNED;
 use super::stages::{GAPS, KEEP, OFFSETS};
-use super::{GpuSampler, State};
+use super::view::{FOUND_WORDS, View};
 use crate::fixed::{Crossing, Hit};
-use crate::gpu::{Recorder, bytes_of, held, workgroups};
+use crate::gpu::{Recorder, bytes_of, workgroups};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::TooManySamples;
 use crate::sampler::SampleError;
@@ -25,63 +25,60 @@ struct KeptBand {
     total: u64,
 }
 
-impl BandJob<'_> {
-    /// Finds the kept crossings, and reads them back.
-    fn kept(&mut self) -> Result<KeptBand, BandError> {
-        let device = &self.sampler.device;
-        let rays = u64::from(self.band.rays());
-        let mut recorder = Recorder::new(device);
-        // For each crossing, how often it is kept, and its place.
-        let Lists { starts, totals, crossings, crossed, .. } = self.sorted_lists(&mut recorder, 2)?;
-        let (starts, total) = (&starts[0], totals[0]);
-        if total == 0 {
-            let offsets = vec![0; rays as usize + 1];
-            return Ok(KeptBand { offsets, crossings: Vec::new(), triangles: Vec::new(), total });
-        }
-        if total > MOST_SCANNED {
-            let (bytes, limit) = (bytes_of(total), bytes_of(MOST_SCANNED));
-            return Err(BandError::TooLarge { what: "crossings", bytes, limit });
-        }
-        let by_crossing = || workgroups(total as u32);
-        let counts = self.words("copies of crossings", total)?;
-        let places = self.words("places of crossings", total + 2)?;
-        let offsets = self.words("offsets", rays + 2)?;
-        let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
-        self.run(&mut recorder, &GAPS, &[(0, &view), (1, starts), (2, &crossings), (3, &counts)], by_crossing())?;
-        self.scan_of(&mut recorder, total as u32, &counts, &places)?;
-        let bound = [(0, &view), (1, starts), (2, &places), (3, &offsets)];
-        self.run(&mut recorder, &OFFSETS, &bound, workgroups(rays as u32 + 1))?;
-        recorder.read_back(&offsets, 0, bytes_of(rays + 1));
-        let offsets = recorder.finish()?.swap_remove(0);
+/// Crossings that one invocation of those that sort long lists is certain to take: the rounds of its loops, for each.
+const ROUNDS_PER_CROSSING: u32 = 16;
 
-        let kept = u64::from(offsets[rays as usize]);
+impl Job<'_> {
+    /// Finds the kept crossings of the only band, and reads them back.
+    fn kept(&mut self) -> Result<KeptBand, JobError> {
+        let rays = self.rays();
         let keeps_triangles = self.image.keeps_triangles;
-        self.admit("kept crossings", kept, if keeps_triangles { 2 } else { 1 })?;
-        let kept_crossings = self.words("kept crossings", kept)?;
-        let kept_triangles = self.words("kept triangles", if keeps_triangles { kept } else { 1 })?;
-        let mut recorder = Recorder::new(device);
-        let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
-        let bound = [
-            (0, &view),
-            (1, starts),
-            (2, &places),
-            (3, &crossings),
-            (4, &crossed),
-            (5, &kept_crossings),
-            (6, &kept_triangles),
-        ];
-        self.run(&mut recorder, &KEEP, &bound, by_crossing())?;
-        recorder.read_back(&kept_crossings, 0, bytes_of(kept));
-        if keeps_triangles {
-            recorder.read_back(&kept_triangles, 0, bytes_of(kept));
-        }
-        let mut brought = recorder.finish()?.into_iter();
-        let mut next = || {
-            let mut words = brought.next().unwrap_or_default();
-            words.truncate(kept as usize);
-            words
+        let mut kept_buffers = None;
+        let record = |job: &mut Self, recorder: &mut Recorder, lists: &Lists| {
+            job.sort_short(recorder, lists)?;
+            let Lists { starts, capacity, crossings, crossed, .. } = lists;
+            let counts = job.words("copies of crossings", *capacity)?;
+            let places = job.words("places of crossings", capacity + 1)?;
+            let offsets = job.words("offsets", rays + 1)?;
+            // Twice where a crossing is the end of two gaps; far fewer are, and the buffer need not have room for all.
+            let room = (2 * capacity).min(job.sampler.largest_binding() / 4);
+            let kept = job.words("kept crossings", room)?;
+            let kept_triangles = job.words("kept triangles", if keeps_triangles { room } else { 1 })?;
+            let none = job.words("no long lists", 1)?;
+            let found = job.zeros(recorder, "kept found", FOUND_WORDS)?;
+            let by_crossing = workgroups(*capacity as u32);
+            let view = View { capacity: *capacity as u32, ..job.view };
+            job.run(recorder, &GAPS, &view, &[(1, starts), (2, crossings), (3, &counts)], by_crossing)?;
+            let view = View { lists: *capacity as u32, capacity: u32::MAX, ..job.view };
+            job.scan(recorder, &view, &counts, &places, [&found, &none])?;
+            let bound = [(1, starts), (2, &places), (3, &offsets)];
+            job.run(recorder, &OFFSETS, &job.view, &bound, workgroups(job.view.rays + 1))?;
+            let bound = [(1, starts), (2, &places), (3, crossings), (4, crossed), (5, &kept), (6, &kept_triangles)];
+            let view = View { capacity: room as u32, ..job.view };
+            job.run(recorder, &KEEP, &view, &bound, by_crossing)?;
+            recorder.read_back(&offsets, 0, bytes_of(u64::from(job.bands[0].rays()) + 1));
+            kept_buffers = Some(([kept, kept_triangles], room));
+            Ok(())
         };
-        Ok(KeptBand { offsets, crossings: next(), triangles: next(), total })
+        let others = if keeps_triangles { 6 } else { 4 };
+        let (offsets, found) = self.by_lists(others, record, |_, found, parts| (parts[0].to_vec(), *found))?;
+        self.sampler.device.admit_rounds(found.greatest / ROUNDS_PER_CROSSING)?;
+        let count = u64::from(offsets[offsets.len() - 1]);
+        let Some((buffers, room)) = kept_buffers else { unreachable!("lists were recorded") };
+        if count > room {
+            return Err(JobError::TooLarge { what: "kept crossings", bytes: bytes_of(count), limit: bytes_of(room) });
+        }
+        let mut recorder = Recorder::new(&self.sampler.device);
+        for (buffer, wanted) in buffers.iter().zip([true, keeps_triangles]) {
+            recorder.read_back(buffer, 0, if wanted { bytes_of(count) } else { 0 });
+        }
+        let total = found.total.into();
+        Ok(recorder.finish(|parts| KeptBand {
+            offsets,
+            crossings: parts[0].to_vec(),
+            triangles: parts[1].to_vec(),
+            total,
+        })?)
     }
 }
 
@@ -105,27 +102,17 @@ impl ListSampler for GpuSampler {
     type Error = SampleError;
 
     fn crossings<H: Hit>(&self, triangles: &LatticeSolid, axis: Axis, keep: Keep) -> Result<RayLists<H>, SampleError> {
-        let image = Image::of_kept(triangles, axis, keep, H::KEEPS_TRIANGLE)?;
-        let mut state = held(&self.state);
-        let State { pool, residents } = &mut *state;
-        let solids = self.resident(residents, &[triangles])?;
+        let image = Image::of_kept(triangles, keep, H::KEEPS_TRIANGLE)?;
         let (columns, rows) = image.grid.image_size(axis);
-        let looked_at = image.window_rows();
-        let mut lists = RayLists { offsets: vec![0; (looked_at.start * columns) as usize + 1], ..RayLists::default() };
-        let Way { route, most_rays } = image.way(self);
-        let mut bands = cut(looked_at.clone(), columns, most_rays);
-        bands.reverse();
-        while let Some(band) = bands.pop() {
-            let mut job = BandJob { sampler: self, pool, solids: &solids, image: &image, route, band };
-            match (job.kept(), band.halves()) {
-                (Ok(part), _) => part.append(&mut lists, axis)?,
-                (Err(BandError::Device(error)), _) => return Err(error.into()),
-                (Err(BandError::TooLarge { .. }), Some([first, second])) => bands.extend([second, first]),
-                (Err(BandError::TooLarge { what, bytes, limit }), None) => {
-                    return Err(self.device.too_large(what, bytes, limit).into());
-                }
-            }
-        }
+        let before = (image.window_rows(axis).start * columns) as usize;
+        let mut lists = RayLists { offsets: vec![0; before + 1], ..RayLists::default() };
+        self.by_jobs(
+            &[triangles],
+            &image,
+            &[axis],
+            |job| job.kept().map(|kept| [kept]),
+            |_, part| Ok(part.append(&mut lists, axis)?),
+        )?;
         let end = lists.hits.len() as u32;
         lists.offsets.resize(columns as usize * rows as usize + 1, end);
         Ok(lists)

@@ -1,135 +1,234 @@
 //! The route by lists: all crossings of each ray, sorted.
 
-use super::image::{BandError, BandJob, MadeBand};
-use super::stages::{COMPACT, COUNT, MEET, MERGE, RESOLVE, SCATTER, SORT};
-use super::view::{PLANNED_WORDS, SORTED_ALONE, TALLY_WORDS, View};
-use crate::gpu::{Recorder, bytes_of, workgroups};
+use super::band::Band;
+use super::job::{DeviceImage, Job, JobError};
+use super::stages::{APPEND, MEET, PLACE, RESOLVE, SORT, SORT_LONG};
+use super::view::{FOUND_WORDS, Found, LONG_DISPATCH, SORTED_ALONE, TALLY_WORDS, View};
+use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of, workgroups};
+use crate::ldi::BandImage;
 use crate::sampler::stages::ListStages;
 
-/// The crossings of each solid in a band, sorted.
+/// The crossings of each ray with each solid, on the device.
 pub(super) struct Lists {
-    /// The offset of the crossings of each ray, solid by solid.
-    pub starts: Vec<wgpu::Buffer>,
-    /// Number of crossings of each solid.
-    pub totals: Vec<u64>,
-    /// The largest number of crossings on a ray.
-    greatest: u32,
+    /// The offset of the crossings of each ray, solid by solid, and the end of the last ones.
+    pub starts: wgpu::Buffer,
+    /// The number of rays of all solids.
+    pub lists: u64,
+    /// The number of crossings that there is room for.
+    pub capacity: u64,
     pub crossings: wgpu::Buffer,
+    /// The triangles of the crossings, if they are kept.
     pub crossed: wgpu::Buffer,
 }
 
-impl<'a> BandJob<'a> {
-    /// Makes the band.
-    pub fn make_by_lists(&mut self) -> Result<MadeBand<'a>, BandError> {
-        let view = self.view();
-        let rays = u64::from(view.rays);
-        let two = self.solids.len() == 2;
-        let mut recorder = Recorder::new(&self.sampler.device);
-        let keeps_triangles = self.image.keeps_triangles;
-        // Samples, with gaps between them where there are two solids, and then without; and their triangles.
-        let others = (1 + u64::from(two)) * if keeps_triangles { 2 } else { 1 };
-        let Lists { starts, totals, greatest, crossings, crossed } = self.sorted_lists(&mut recorder, others)?;
+/// Crossings beyond the expected ones for which there is room: a share of those, and a number.
+const SLACK: (f64, f64) = (1.0 / 32.0, 1024.0);
+
+/// Expected crossings beyond the room for them, as a share of it, from which a job is divided without a try.
+const HOPELESS: f64 = 1.25;
+
+impl Job<'_> {
+    /// Finds the crossings of all rays, has `record` use them and read results back, and passes those to `take`, all in one
+    /// recording. If there are more crossings than expected, it is recorded again with room for as many as there are. Each
+    /// crossing will take `others` words besides its lists.
+    pub fn by_lists<T>(
+        &mut self,
+        others: u64,
+        mut record: impl FnMut(&mut Self, &mut Recorder, &Lists) -> Result<(), JobError>,
+        mut take: impl FnMut(&Self, &Found, &[&[u32]]) -> T,
+    ) -> Result<T, JobError> {
+        let device = &self.sampler.device;
+        // Found and placed crossings, and the triangles of both.
+        let buffers = 3 + others + if self.image.keeps_triangles { 2 } else { 0 };
+        let expected = self.expected();
+        let most = (self.limit(buffers) / 4).min(u32::MAX.into());
+        if expected > HOPELESS * most as f64 && !self.is_single_ray() {
+            let (bytes, limit) = (bytes_of(expected.min(1e18) as u64), bytes_of(most));
+            return Err(JobError::TooLarge { what: "crossings", bytes, limit });
+        }
+        let likely = (expected * (1.0 + SLACK.0) + SLACK.1) as u64;
+        let axes = self.whole_axes();
+        let before = axes.map_or(0, |axes| self.solids[0].found(axes));
+        let mut capacity = likely.max(before).min(most);
+        loop {
+            let mut recorder = Recorder::new(device);
+            let (lists, found) = self.record_lists(&mut recorder, capacity)?;
+            recorder.read_back(&found, 0, bytes_of(FOUND_WORDS));
+            record(self, &mut recorder, &lists)?;
+            let (found, taken) = recorder.finish(|parts| {
+                let found: Found = bytemuck::cast_slice(parts[0])[0];
+                (found, (u64::from(found.total) <= capacity).then(|| take(self, &found, &parts[1..])))
+            })?;
+            if let Some(axes) = axes {
+                self.solids[0].remember(axes, found.total.into());
+            }
+            if let Some(taken) = taken {
+                return Ok(taken);
+            }
+            capacity = found.total.into();
+            self.admit("crossings", capacity, buffers)?;
+        }
+    }
+
+    /// Returns the number of crossings that the areas of the triangles make likely.
+    fn expected(&self) -> f64 {
+        let of_band = |band: &Band| {
+            let share = f64::from(band.rays()) / f64::from(self.image.whole(band.axis).rays().max(1));
+            let areas: f64 = self.solids.iter().map(|solid| solid.areas[band.axis.depth()]).sum();
+            share * areas
+        };
+        self.bands.iter().map(of_band).sum()
+    }
+
+    /// Returns the axes, a bit for each, of a job that makes whole images of one solid.
+    fn whole_axes(&self) -> Option<usize> {
+        let are_whole = self.bands.iter().all(|band| *band == self.image.whole(band.axis));
+        (are_whole && self.solids.len() == 1).then(|| self.bands.iter().map(|band| 1 << band.axis.depth()).sum())
+    }
+
+    /// Records the geometry pass, and the two sorts by which lists arise, of rays and of the crossings of long lists.
+    fn record_lists(&mut self, recorder: &mut Recorder, capacity: u64) -> Result<(Lists, wgpu::Buffer), DeviceError> {
+        let lists = self.solids.len() as u64 * self.rays();
+        let triangles_of = |words: u64| if self.image.keeps_triangles { words } else { 1 };
+        let (crossed, loose_crossed) = (triangles_of(capacity), triangles_of(capacity));
+        let counts = self.zeros(recorder, "counts", lists)?;
+        let found = self.zeros(recorder, "found", FOUND_WORDS)?;
+        let starts = self.words("starts", lists + 1)?;
+        let rays = self.words("rays of found", capacity)?;
+        let loose = self.words("found crossings", capacity)?;
+        let loose_crossed = self.words("found triangles", loose_crossed)?;
+        let crossings = self.words("crossings", capacity)?;
+        let crossed = self.words("crossed triangles", crossed)?;
+        let long_lists = self.words("long lists", capacity / u64::from(SORTED_ALONE) + 1)?;
+
+        let view = View { lists: lists as u32, capacity: capacity as u32, long_from: SORTED_ALONE, ..self.view };
+        for i in 0..self.solids.len() {
+            let view = View { first_list: i as u32 * self.view.rays, ..view };
+            let bound = [(4, &counts), (5, &found), (6, &rays), (7, &loose), (8, &loose_crossed)];
+            self.geometry_pass(recorder, &APPEND, i, &view, &bound)?;
+        }
+        self.scan(recorder, &view, &counts, &starts, [&found, &long_lists])?;
+        let bound = [
+            (1, &found),
+            (2, &starts),
+            (3, &counts),
+            (4, &rays),
+            (5, &loose),
+            (6, &loose_crossed),
+            (7, &crossings),
+            (8, &crossed),
+        ];
+        self.run(recorder, &PLACE, &view, &bound, workgroups(capacity as u32))?;
+        // What was found is in its place, which leaves room to merge long lists.
+        let bound = [
+            (1, &starts),
+            (2, &crossings),
+            (3, &crossed),
+            (4, &loose),
+            (5, &loose_crossed),
+            (6, &long_lists),
+            (7, &found),
+        ];
+        self.run(recorder, &SORT_LONG, &view, &bound, Workgroups::Indirect(&found, LONG_DISPATCH))?;
+        Ok((Lists { starts, lists, capacity, crossings, crossed }, found))
+    }
+
+    /// Records that the short lists are sorted, where no later stage does so.
+    pub fn sort_short(&mut self, recorder: &mut Recorder, lists: &Lists) -> Result<(), DeviceError> {
+        let view = View { lists: lists.lists as u32, ..self.view };
+        let bound = [(1, &lists.starts), (2, &lists.crossings), (3, &lists.crossed)];
+        self.run(recorder, &SORT, &view, &bound, workgroups(view.lists))
+    }
+
+    /// Records that lists are turned into images.
+    pub fn resolve(&mut self, recorder: &mut Recorder, lists: &Lists) -> Result<DeviceImage, DeviceError> {
+        let tallies = self.zeros(recorder, "tallies", TALLY_WORDS * self.bands.len() as u64)?;
+        let counts = self.words("sample counts", self.rays())?;
+        let Lists { starts, crossings, crossed, .. } = lists;
+        let samples = match self.solids.len() {
+            1 => {
+                let bound = [(1, starts), (2, crossings), (3, crossed), (4, &counts), (5, &tallies)];
+                self.by_ray(recorder, &RESOLVE, &bound)?;
+                crossings.clone()
+            }
+            _ => {
+                self.sort_short(recorder, lists)?;
+                let loose = self.words("loose samples", lists.capacity)?;
+                let bound = [(1, starts), (2, crossings), (3, &loose), (4, &counts), (5, &tallies)];
+                self.by_ray(recorder, &MEET, &bound)?;
+                loose
+            }
+        };
+        Ok(DeviceImage {
+            starts: starts.clone(),
+            counts,
+            samples,
+            triangles: self.image.keeps_triangles.then(|| crossed.clone()),
+            tallies,
+            most_samples: lists.capacity,
+            is_dense: self.image.is_dense,
+        })
+    }
+
+    /// Returns the number of words of each crossing that an image takes besides the lists.
+    pub fn words_of_image(&self) -> u64 {
+        match (self.solids.len(), self.image.is_dense, self.image.keeps_triangles) {
+            (1, true, _) => 0,
+            (1, false, true) => 2,
+            (1, false, false) => 1,
+            _ => 2,
+        }
+    }
+
+    /// Makes the images and reads them back, with the counts of their rays where some are unclosed. Where a window leaves out part
+    /// of a solid, so that far fewer samples are likely than there is room for, the host waits for their number first.
+    pub fn bring_back_by_lists(&mut self) -> Result<(Vec<BandImage>, Option<wgpu::Buffer>), JobError> {
+        let others = self.words_of_image();
+        let waits = self.image.is_restricted;
+        let mut made = None;
+        let record = |job: &mut Self, recorder: &mut Recorder, lists: &Lists| {
+            let image = job.resolve(recorder, lists)?;
+            let compact = job.read_heads(recorder, &image)?;
+            if !waits {
+                compact.read(recorder, image.most_samples);
+            }
+            made = Some((compact, image.counts));
+            Ok(())
+        };
+        let take = |job: &Self, found: &Found, parts: &[&[u32]]| {
+            let (heads, samples) = parts.split_at(2);
+            let result = match waits {
+                true => Err([heads[0].to_vec(), heads[1].to_vec()]),
+                false => Ok(job.images_of(heads, samples)),
+            };
+            (found.greatest, result)
+        };
+        let (greatest, result) = self.by_lists(others, record, take)?;
         // The stage that resolves a ray iterates over all of its crossings.
         self.sampler.device.admit_rounds(greatest)?;
-        let total = totals.iter().sum();
-        let counts = self.words("sample counts", rays)?;
-        let loose = if two { self.words("loose samples", total)? } else { crossings.clone() };
-        let samples = self.words("samples", total)?;
-        let offsets = self.words("offsets", rays + 2)?;
-        let tally = self.words("tally", TALLY_WORDS)?;
-        recorder.clear(&tally, bytes_of(TALLY_WORDS));
-        let (starts, starts_b) = (&starts[0], starts.last().unwrap_or(&starts[0]));
-        let uniform = recorder.uniform(bytemuck::bytes_of(&view));
-        if two {
-            let bound =
-                [(0, &uniform), (1, starts), (2, starts_b), (3, &crossings), (4, &loose), (5, &counts), (6, &tally)];
-            self.by_ray(&mut recorder, &MEET, &bound)?;
-        } else {
-            let bound = [(0, &uniform), (1, starts), (2, &crossings), (3, &crossed), (4, &counts), (5, &tally)];
-            self.by_ray(&mut recorder, &RESOLVE, &bound)?;
-        }
-        self.scan(&mut recorder, &counts, &offsets)?;
-        let compacted = [(0, &uniform), (1, starts), (2, starts_b), (4, &offsets)];
-        let compacted = |loose, samples| [&compacted[..], &[(3, loose), (5, samples)]].concat();
-        self.by_ray(&mut recorder, &COMPACT, &compacted(&loose, &samples))?;
-        let triangles = match keeps_triangles {
-            true => Some(self.words("triangles of samples", total)?),
-            false => None,
-        };
-        if let Some(triangles) = &triangles {
-            self.by_ray(&mut recorder, &COMPACT, &compacted(&crossed, triangles))?;
-        }
-        Ok(MadeBand { recorder, counts, offsets, samples, triangles, tally, most_samples: total })
-    }
-
-    /// Runs the first geometry pass, which counts the crossings, and records the second, and the sort. Each crossing
-    /// will take `others` words besides its lists.
-    pub(super) fn sorted_lists(&mut self, recorder: &mut Recorder, others: u64) -> Result<Lists, BandError> {
-        let rays = u64::from(self.band.rays());
-        let names = [("counts", "starts"), ("counts of the second", "starts of the second")];
-        let mut lists = Vec::new();
-        let mut counting = Recorder::new(&self.sampler.device);
-        let planned = self.watch_queue(&mut counting)?;
-        for (i, (counts, starts)) in names.iter().take(self.solids.len()).enumerate() {
-            let (counts, starts) = (self.words(counts, rays)?, self.words(starts, rays + 2)?);
-            counting.clear(&counts, bytes_of(rays));
-            self.geometry_pass(&mut counting, &COUNT, i, 0, &[(4, &counts)])?;
-            self.scan(&mut counting, &counts, &starts)?;
-            counting.read_back(&starts, bytes_of(rays), 8);
-            lists.push((counts, starts));
-        }
-        counting.read_back(&planned, 0, bytes_of(PLANNED_WORDS));
-        let mut found = counting.finish()?;
-        self.none_left_out(&found.pop().unwrap_or_default())?;
-        let totals: Vec<u64> = found.iter().map(|words| u64::from(words[0])).collect();
-        let greatest = found.iter().map(|words| words[1]).max().unwrap_or(0);
-        let total: u64 = totals.iter().sum();
-        let (has_long_rays, keeps_triangles) = (greatest > SORTED_ALONE, self.image.keeps_triangles);
-        // The crossings themselves, those between sorts, and the triangles of both.
-        let buffers = (1 + u64::from(has_long_rays)) * if keeps_triangles { 2 } else { 1 };
-        self.admit("crossings", total, buffers + others)?;
-        let lists_of = |words: u64| if keeps_triangles { words } else { 1 };
-        let mut list = (self.words("crossings", total)?, self.words("crossed triangles", lists_of(total))?);
-        let mut first_crossing = 0;
-        for (i, (counts, starts)) in lists.iter().enumerate() {
-            let bound = [(4, counts), (5, starts), (6, &list.0), (7, &list.1)];
-            self.geometry_pass(recorder, &SCATTER, i, first_crossing, &bound)?;
-            let view = recorder.uniform(bytemuck::bytes_of(&View { first_crossing, ..self.view() }));
-            self.by_ray(recorder, &SORT, &[(0, &view), (1, starts), (2, &list.0), (3, &list.1)])?;
-            first_crossing += totals[i] as u32;
-        }
-        if has_long_rays {
-            let mut other =
-                (self.words("merged crossings", total)?, self.words("triangles of merged", lists_of(total))?);
-            let mut run = 1;
-            while run < greatest {
-                let mut first_crossing = 0;
-                for ((_, starts), &count) in lists.iter().zip(&totals) {
-                    let view = View { first_crossing, run, ..self.view() };
-                    let view = recorder.uniform(bytemuck::bytes_of(&view));
-                    let bound = [(0, &view), (1, starts), (2, &list.0), (3, &list.1), (4, &other.0), (5, &other.1)];
-                    self.run(recorder, &MERGE, &bound, workgroups(count as u32))?;
-                    first_crossing += count as u32;
-                }
-                std::mem::swap(&mut list, &mut other);
-                run *= 2;
+        let Some((compact, counts)) = made else { unreachable!("lists were recorded") };
+        let (images, has_unclosed) = match result {
+            Ok(images) => images,
+            Err([offsets, tallies]) => {
+                let mut recorder = Recorder::new(&self.sampler.device);
+                compact.read(&mut recorder, offsets[offsets.len() - 1].into());
+                recorder.finish(|samples| self.images_of(&[&offsets, &tallies], samples))?
             }
-        }
-        let starts = lists.into_iter().map(|(_, starts)| starts).collect();
-        let (crossings, crossed) = list;
-        Ok(Lists { starts, totals, greatest, crossings, crossed })
+        };
+        Ok((images, has_unclosed.then_some(counts)))
     }
 
-    /// Returns the sorted crossings of the only solid, read back.
-    pub fn list_stages(&mut self) -> Result<ListStages, BandError> {
-        let mut recorder = Recorder::new(&self.sampler.device);
-        let lists = self.sorted_lists(&mut recorder, 1)?;
-        recorder.read_back(&lists.starts[0], 0, bytes_of(u64::from(self.band.rays()) + 1));
-        recorder.read_back(&lists.crossings, 0, bytes_of(lists.totals[0]));
-        let mut brought = recorder.finish()?.into_iter();
-        let mut next = || brought.next().unwrap_or_default();
-        let (starts, mut crossings) = (next(), next());
-        crossings.truncate(lists.totals[0] as usize);
-        Ok(ListStages { starts, crossings })
+    /// Returns the sorted crossings of the only solid in the only band, read back.
+    pub fn list_stages(&mut self) -> Result<ListStages, JobError> {
+        let record = |job: &mut Self, recorder: &mut Recorder, lists: &Lists| {
+            job.sort_short(recorder, lists)?;
+            recorder.read_back(&lists.starts, 0, bytes_of(u64::from(job.bands[0].rays()) + 1));
+            recorder.read_back(&lists.crossings, 0, bytes_of(lists.capacity));
+            Ok(())
+        };
+        self.by_lists(0, record, |_, found, parts| ListStages {
+            starts: parts[0].to_vec(),
+            crossings: parts[1][..found.total as usize].to_vec(),
+        })
     }
 }

@@ -1,28 +1,19 @@
 //! The GPU sampler: compute shaders that return the same bits as the CPU sampler.
 //!
-//! # Three routes
+//! # Two routes
+//! **Lists**, for everything: `cover` (the only geometry pass; `append` takes the crossings it finds) → `scan` → `place` (by ray)
+//! → `sort` (long lists) → `resolve`, or of two solids `sort` and `meet` → where samples leave the device `scan` → `compact`; of
+//! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those. The images along all
+//! three axes are made in one recording, each triangle is read once, and the host waits once: there is room for as many
+//! crossings as the areas of the triangles make likely, and if there are more, the recording is made again.
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
-//! `scan` → `identities` → `retrieve` (the second). **Lists**, for everything: `count` (the first geometry pass) → `scan` →
-//! `scatter` (the second) → `sort` (and `merge`, where rays have many) → `resolve`, of two solids `meet` → `scan` →
-//! `compact`; of triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those.
-//! **Tiles**, for even-odd estimates of one solid: `bin` (the triangles of each tile of rays: counted, `scan`, listed)
-//! → `tiles` (masks, classes and retrieval in the memory of a workgroup) → `scan` → `compact`. The number of passes
-//! over the geometry does not depend on the number of layers, and between them the host reads only the numbers of
-//! samples, crossings or triangles of tiles. The stages are WGSL files in `shaders/`, named like their counterparts in
-//! [`super::cpu`].
+//! `scan` → `identities` → `retrieve` (the second), one band a recording. The stages are WGSL files in `shaders/`, named like
+//! their counterparts in [`super::cpu`].
 //!
-//! # Choice of the route
-//! Unknown: it has not been measured on a GPU. `ldi-bench gpu` times all three; the slower ones are to be removed.
-//! Calculated for three directions at 512², masks move 101 to 708 MB on six models of the paper's kinds, lists 54 to
-//! 303 and tiles 73 to 283; at 1024² tiles move the least where triangles are larger than a pixel (279 MB against 435
-//! and 2341). On a software adapter lists were first at 512², masks two to three times as slow. So lists are the
-//! default: they are needed for exact images, the non-zero rule and intersections in any case, compute each depth once
-//! where masks do twice, and require no more of a workgroup than every adapter has.
-//!
-//! # Bands
-//! An image is made in bands of rays, each as large as the adapter's largest binding and the memory budget allow. A
-//! band whose crossings need a larger buffer than that is halved and made again, so that any image that fits the host
-//! can be made on any adapter, down to one ray at a time.
+//! # Jobs
+//! A recording makes a job: bands of rays along up to three axes, as many as the memory budget and the adapter's largest binding
+//! allow. A job whose crossings need more, or for which the device has no memory left, is divided and made again, so that any
+//! image that fits the host can be made on any adapter, down to one ray at a time.
 //!
 //! # Exactness
 //! Integers of 64 and 96 bits decide depths and coverage (`shaders/fixed.wgsl`); floating point only guesses. Sums and
@@ -31,12 +22,12 @@
 mod band;
 mod gaps;
 mod image;
+mod job;
 mod lists;
 mod masks;
-mod passes;
+mod network;
 mod solid;
 mod stages;
-mod tiles;
 mod view;
 mod volume_sums;
 
@@ -44,12 +35,15 @@ use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
 use super::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
-use crate::gpu::{Adapter, Device, DeviceError, Pool};
+use crate::gpu::{Adapter, Device, DeviceError, Pool, held};
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{Ldi, VolumeSums};
-use image::Image;
+use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, VolumeSums, Windings};
+use band::Band;
+use image::{Image, Way};
+use job::{Job, JobError};
 use solid::{ResidentSolid, Residents};
 use stages::Kernels;
+use view::View;
 
 pub use stages::Arithmetic;
 
@@ -61,9 +55,6 @@ pub enum Route {
     Masks,
     /// By sorted lists of crossings.
     Lists,
-    /// By masks of tiles of rays that stay in the memory of a workgroup. Supports one solid of LOD-C 1024 at most,
-    /// whose geometry fits one binding.
-    Tiles,
 }
 
 /// The options of a GPU sampler. None of them changes a bit of any image.
@@ -73,10 +64,10 @@ pub struct GpuOptions {
     pub arithmetic: Option<Arithmetic>,
     /// The method for even-odd estimates.
     pub route: Route,
-    /// Bytes of device memory for the lists or masks of a band together, and for solids. Counts and offsets of its rays
+    /// Bytes of device memory for the lists or masks of a job together, and for solids. Counts and offsets of its rays
     /// take more, and data that is read back takes twice its size.
     pub memory: u64,
-    /// Largest number of rays of a band.
+    /// Largest number of rays of a job.
     pub band_rays: u32,
     /// Largest size of one binding in bytes; the adapter's own limit applies besides.
     pub binding: u64,
@@ -115,7 +106,7 @@ struct State {
 impl GpuSampler {
     /// Opens an adapter.
     pub fn open(adapter: &Adapter, options: GpuOptions) -> Result<GpuSampler, DeviceError> {
-        let device = Arc::new(Device::open(adapter, stages::needs())?);
+        let device = Arc::new(Device::open(adapter, stages::needs(options.route == Route::Masks))?);
         // On DirectX 12 wgpu reports 64-bit integers that not every one of its shader compilers supports.
         let is_native = adapter.int64 && adapter.api != "dx12";
         let arithmetic = options.arithmetic.unwrap_or(if is_native { Arithmetic::Native } else { Arithmetic::Pairs });
@@ -148,10 +139,10 @@ impl GpuSampler {
         estimate: Estimate,
     ) -> Result<MaskStages, SampleError> {
         let image = match solids {
-            [a, b] => Image::of_two(a, b, axis, estimate, FillRule::EvenOdd)?,
-            _ => Image::of_one(solids[0], axis, Mode::Estimate(estimate), FillRule::EvenOdd)?,
+            [a, b] => Image::of_two(a, b, estimate, FillRule::EvenOdd)?,
+            _ => Image::of_one(solids[0], Mode::Estimate(estimate), FillRule::EvenOdd)?,
         };
-        self.in_one_band(solids, &image, |job| job.mask_stages())
+        self.in_one_band(solids, &image, axis, |job| job.mask_stages())
     }
 
     /// Returns the buffers between the stages of the route by lists.
@@ -159,8 +150,120 @@ impl GpuSampler {
     /// # Panics
     /// Panics if the image needs more than one band.
     pub fn list_stages(&self, solid: &LatticeSolid, axis: Axis) -> Result<ListStages, SampleError> {
-        let image = Image::of_one(solid, axis, Mode::Exact, FillRule::EvenOdd)?;
-        self.in_one_band(&[solid], &image, |job| job.list_stages())
+        let image = Image::of_one(solid, Mode::Exact, FillRule::EvenOdd)?;
+        self.in_one_band(&[solid], &image, axis, |job| job.list_stages())
+    }
+
+    /// Runs a function on the whole image along an axis as one band.
+    fn in_one_band<T>(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        axis: Axis,
+        run: impl FnOnce(&mut Job) -> Result<T, JobError>,
+    ) -> Result<T, SampleError> {
+        let (columns, rows) = image.grid.image_size(axis);
+        let Way { route, most_rays } = image.way(self);
+        assert!(columns * rows <= most_rays, "{columns} × {rows} rays in bands of {most_rays}");
+        let mut state = held(&self.state);
+        let State { pool, residents } = &mut *state;
+        let solids = self.resident(residents, solids)?;
+        let bands = [Band::of_rows(axis, 0..rows, columns)];
+        let view = View::new(image, &bands);
+        let mut job = Job { sampler: self, pool, solids: &solids, image, route, bands: &bands, view };
+        run(&mut job).map_err(|error| self.refused(error))
+    }
+
+    /// Makes images along some axes.
+    fn images(&self, solids: &[&LatticeSolid], image: &Image, axes: &[Axis]) -> Result<Vec<Ldi>, SampleError> {
+        let no_windings = image.counts_windings.then(Windings::default);
+        let mut builders = Vec::new();
+        for &axis in axes {
+            let (columns, _) = image.grid.image_size(axis);
+            let mut builder = ImageBuilder::new(image.grid, axis);
+            builder.append(BandImage::of_empty_rays(image.window_rows(axis).start * columns, no_windings))?;
+            builders.push(builder);
+        }
+        self.by_jobs(
+            solids,
+            image,
+            axes,
+            |job| job.bring_back(),
+            |band, part| {
+                let builder = axes.iter().position(|&axis| axis == band.axis).map(|i| &mut builders[i]);
+                Ok(builder.map_or(Ok(()), |builder| builder.append(part))?)
+            },
+        )?;
+        let unsound = |error: LdiError| {
+            let adapter = self.device.adapter().name.clone();
+            DeviceError::Unsound { adapter, reason: error.to_string() }
+        };
+        let finished = |(mut builder, &axis): (ImageBuilder, &Axis)| {
+            let (columns, rows) = image.grid.image_size(axis);
+            builder.append(BandImage::of_empty_rays((rows - image.window_rows(axis).end) * columns, no_windings))?;
+            Ok(builder.finish_checked().map_err(unsound)?)
+        };
+        builders.into_iter().zip(axes).map(finished).collect()
+    }
+
+    /// Runs the jobs that make images along some axes, in the order of their rays along each axis, and passes the results of
+    /// each band to `take`.
+    fn by_jobs<T: IntoIterator>(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        axes: &[Axis],
+        run: impl Fn(&mut Job) -> Result<T, JobError>,
+        take: impl FnMut(&Band, T::Item) -> Result<(), SampleError>,
+    ) -> Result<(), SampleError> {
+        let jobs = image.jobs(axes, image.way(self));
+        self.run_jobs(solids, image, jobs, &Band::halves, run, take)
+    }
+
+    /// Runs jobs in their order. One that is too large for the device is divided: into its bands, and a band into halves.
+    fn run_jobs<T: IntoIterator>(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        mut jobs: Vec<Vec<Band>>,
+        halves: &dyn Fn(&Band) -> Option<[Band; 2]>,
+        run: impl Fn(&mut Job) -> Result<T, JobError>,
+        mut take: impl FnMut(&Band, T::Item) -> Result<(), SampleError>,
+    ) -> Result<(), SampleError> {
+        let mut state = held(&self.state);
+        let State { pool, residents } = &mut *state;
+        let solids = self.resident(residents, solids)?;
+        let Way { route, .. } = image.way(self);
+        jobs.reverse();
+        while let Some(bands) = jobs.pop() {
+            let view = View::new(image, &bands);
+            let mut job = Job { sampler: self, pool, solids: &solids, image, route, bands: &bands, view };
+            let error = match run(&mut job) {
+                Ok(parts) => {
+                    bands.iter().zip(parts).try_for_each(|(band, part)| take(band, part))?;
+                    continue;
+                }
+                Err(error) => error,
+            };
+            let smaller: Option<Vec<Band>> = match &bands[..] {
+                [band] => halves(band).map(Vec::from),
+                bands => Some(bands.to_vec()),
+            };
+            let Some(smaller) = smaller.filter(|_| error.has_way_out()) else { return Err(self.refused(error)) };
+            if matches!(error, JobError::Device(_)) {
+                pool.release();
+            }
+            jobs.extend(smaller.into_iter().rev().map(|band| vec![band]));
+        }
+        Ok(())
+    }
+
+    /// Returns the error of a job that cannot be divided further.
+    fn refused(&self, error: JobError) -> SampleError {
+        match error {
+            JobError::Device(error) => error.into(),
+            JobError::TooLarge { what, bytes, limit } => self.device.too_large(what, bytes, limit).into(),
+        }
     }
 
     /// Returns the solids in device memory.
@@ -175,14 +278,28 @@ impl GpuSampler {
     }
 }
 
+/// Returns the only one of some results, of one axis.
+fn only<T>(results: Vec<T>) -> T {
+    results.into_iter().next().expect("one axis gives one result")
+}
+
 impl Sampler for GpuSampler {
     fn sample(&self, solid: &LatticeSolid, axis: Axis, mode: Mode, fill: FillRule) -> Result<Ldi, SampleError> {
-        self.image(&[solid], &Image::of_one(solid, axis, mode, fill)?)
+        Ok(only(self.sample_along(solid, &[axis], mode, fill)?))
+    }
+
+    fn sample_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<Ldi>, SampleError> {
+        self.images(&[solid], &Image::of_one(solid, mode, fill)?, axes)
     }
 
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
-        let image = Image::of_one(solid, axis, Mode::Exact, fill)?;
-        self.image(&[solid], &Image { keeps_triangles: true, ..image })
+        Ok(only(self.images(&[solid], &Image::of_surface(solid, fill)?, &[axis])?))
     }
 
     fn volume_sums(
@@ -192,7 +309,17 @@ impl Sampler for GpuSampler {
         mode: Mode,
         fill: FillRule,
     ) -> Result<VolumeSums, SampleError> {
-        self.sums(&[solid], &Image::of_one(solid, axis, mode, fill)?)
+        Ok(only(self.volume_sums_along(solid, &[axis], mode, fill)?))
+    }
+
+    fn volume_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        self.sums(&[solid], &Image::of_one(solid, mode, fill)?, axes)
     }
 }
 
@@ -204,16 +331,16 @@ impl MaskIntersection for GpuSampler {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<Ldi, SampleError> {
-        self.image(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
+        Ok(only(self.images(&[a, b], &Image::of_two(a, b, estimate, fill)?, &[axis])?))
     }
 
-    fn intersection_sums(
+    fn intersection_sums_along(
         &self,
         [a, b]: [&LatticeSolid; 2],
-        axis: Axis,
+        axes: &[Axis],
         estimate: Estimate,
         fill: FillRule,
-    ) -> Result<VolumeSums, SampleError> {
-        self.sums(&[a, b], &Image::of_two(a, b, axis, estimate, fill)?)
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        self.sums(&[a, b], &Image::of_two(a, b, estimate, fill)?, axes)
     }
 }

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use super::view::{Planned, SCAN_WORKGROUP, Tally, View, constants};
+use super::network;
+use super::view::{BandView, Found, LONG_WORKGROUP, SCAN_WORKGROUP, Tally, View, constants};
 use crate::gpu::{Access, Device, DeviceError, Kernel, Needs, WORKGROUP, held};
 
 use Access::{Read, Uniform, Write};
@@ -19,19 +20,25 @@ pub enum Flag {
     NonZero,
     /// An intersection of two solids.
     TwoSolids,
+    /// Samples lie in the places of the crossings of two solids.
+    TwoLists,
     /// Samples carry their triangles.
     KeepsTriangles,
     /// The first and the last crossing of a ray are kept.
     KeepsEnds,
+    /// Depths need integers of 96 bits.
+    Hard,
 }
 
-const ALL_FLAGS: [(Flag, &str); 6] = [
+const ALL_FLAGS: [(Flag, &str); 8] = [
     (Flag::Over, "OVER"),
     (Flag::Exact, "EXACT"),
     (Flag::NonZero, "NON_ZERO"),
     (Flag::TwoSolids, "TWO_SOLIDS"),
+    (Flag::TwoLists, "TWO_LISTS"),
     (Flag::KeepsTriangles, "KEEPS_TRIANGLES"),
     (Flag::KeepsEnds, "KEEPS_ENDS"),
+    (Flag::Hard, "HARD"),
 ];
 
 /// A set of flags.
@@ -42,6 +49,11 @@ impl Flags {
     /// Returns the set of those flags that are true.
     pub fn of(flags: &[(Flag, bool)]) -> Flags {
         Flags(flags.iter().filter(|(_, on)| *on).fold(0, |set, (flag, _)| set | 1 << *flag as u8))
+    }
+
+    /// Returns the set with another flag.
+    pub fn with(self, flag: Flag) -> Flags {
+        Flags(self.0 | 1 << flag as u8)
     }
 
     fn has(self, flag: Flag) -> bool {
@@ -80,8 +92,8 @@ macro_rules! shader {
 }
 
 const VIEW: (u32, Access) = (0, Uniform);
-/// After its view, every geometry pass binds positions, triangles and the queue.
-const GEOMETRY: [(u32, Access); 4] = [VIEW, (1, Read), (2, Read), (3, Write)];
+/// After its view, every geometry pass binds positions, triangles and blocks of rows.
+const GEOMETRY: [(u32, Access); 4] = [VIEW, (1, Read), (2, Read), (3, Read)];
 
 macro_rules! bindings {
     ($head:expr; $($rest:expr),*) => {
@@ -104,111 +116,55 @@ macro_rules! bindings {
     };
 }
 
-/// A geometry pass: a dispatch over triangles and one over the blocks of the large ones.
+/// A geometry pass: a dispatch over small triangles and others over the rows of larger ones.
 #[derive(Debug)]
 pub struct GeometryPass {
     pub triangles: Stage,
-    pub blocks: Stage,
+    pub rows: Stage,
 }
 
 macro_rules! geometry_pass {
-    ($name:literal, $files:expr, $bindings:expr, $flags:expr) => {
+    ($name:literal, [$($file:literal),*], $bindings:expr, $flags:expr) => {
         GeometryPass {
-            triangles: Stage {
-                name: $name,
-                entry: "cover_triangles",
-                files: $files,
-                bindings: $bindings,
-                flags: $flags,
-            },
-            blocks: Stage {
-                name: concat!($name, " (large triangles)"),
-                entry: "cover_blocks",
-                files: $files,
-                bindings: $bindings,
-                flags: $flags,
-            },
+            triangles: geometry_pass!($name, "cover_triangles", [$($file),*], $bindings, $flags),
+            rows: geometry_pass!(concat!($name, " (rows)"), "cover_rows", [$($file),*], $bindings, $flags),
+        }
+    };
+    ($name:expr, $entry:literal, [$($file:literal),*], $bindings:expr, $flags:expr) => {
+        Stage {
+            name: $name,
+            entry: $entry,
+            files: &[shader!("fixed"), shader!("triangle"), $(shader!($file),)* shader!("cover")],
+            bindings: $bindings,
+            flags: $flags,
         }
     };
 }
 
-/// The files of a geometry pass over rays, and those of one over tiles.
-macro_rules! rays {
-    ($($file:expr),*) => {
-        &[shader!("fixed"), shader!("triangle"), shader!("rows"), shader!("raster"), shader!("pass"), $($file),*]
-    };
-}
-macro_rules! tiles {
-    ($($file:expr),*) => {
-        &[shader!("fixed"), shader!("triangle"), shader!("bin"), shader!("pass"), $($file),*]
-    };
-}
-
-pub static PLAN: Stage = Stage {
-    name: "plan",
-    entry: "plan",
-    files: &[shader!("plan")],
-    bindings: &[VIEW, (1, Read), (2, Write)],
-    flags: &[],
-};
-
-pub static COUNT: GeometryPass = geometry_pass!("count", rays!(shader!("count")), bindings!(GEOMETRY; (4, Write)), &[]);
-
-pub static SCATTER: GeometryPass = geometry_pass!(
-    "scatter",
-    rays!(shader!("scatter")),
-    bindings!(GEOMETRY; (4, Write), (5, Read), (6, Write), (7, Write)),
-    &[Flag::KeepsTriangles]
+pub static APPEND: GeometryPass = geometry_pass!(
+    "cover",
+    ["append"],
+    bindings!(GEOMETRY; (4, Write), (5, Write), (6, Write), (7, Write), (8, Write)),
+    &[Flag::KeepsTriangles, Flag::Hard]
 );
 
+pub static PLACE: Stage = Stage {
+    name: "place",
+    entry: "place",
+    files: &[shader!("place")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Read), (5, Read), (6, Read), (7, Write), (8, Write)],
+    flags: &[Flag::KeepsTriangles],
+};
+
 pub static MASKS: GeometryPass =
-    geometry_pass!("masks", rays!(shader!("masks")), bindings!(GEOMETRY; (4, Write), (5, Write)), &[]);
+    geometry_pass!("masks", ["masks"], bindings!(GEOMETRY; (4, Write), (5, Write)), &[Flag::Hard]);
 
 pub static RETRIEVE: GeometryPass = geometry_pass!(
     "retrieve",
-    rays!(shader!("windings"), shader!("rank"), shader!("retrieve")),
+    ["windings", "rank", "retrieve"],
     bindings!(GEOMETRY; (4, Read), (5, Read), (6, Read), (7, Read), (8, Write), (9, Write)),
-    &[Flag::Over, Flag::TwoSolids]
+    &[Flag::Over, Flag::TwoSolids, Flag::Hard]
 );
-
-/// Counts the triangles of each tile.
-pub static BIN: GeometryPass = geometry_pass!("bin", tiles!(shader!("count")), bindings!(GEOMETRY; (4, Write)), &[]);
-
-/// Lists them.
-pub static FILL_BINS: GeometryPass = geometry_pass!(
-    "fill bins",
-    tiles!(shader!("scatter")),
-    bindings!(GEOMETRY; (4, Write), (5, Read), (6, Write), (7, Write)),
-    &[]
-);
-
-pub static TILES: Stage = Stage {
-    name: "tiles",
-    entry: "sample_tiles",
-    files: &[
-        shader!("fixed"),
-        shader!("triangle"),
-        shader!("rows"),
-        shader!("parity"),
-        shader!("windings"),
-        shader!("unclosed"),
-        shader!("rank"),
-        shader!("tiles"),
-    ],
-    bindings: &[
-        VIEW,
-        (1, Read),
-        (2, Read),
-        (3, Read),
-        (4, Read),
-        (5, Write),
-        (6, Write),
-        (7, Write),
-        (8, Write),
-        (9, Write),
-    ],
-    flags: &[Flag::Over],
-};
 
 pub static CLASSIFY: Stage = Stage {
     name: "classify",
@@ -224,18 +180,15 @@ macro_rules! scan {
             name: $name,
             entry: $entry,
             files: &[shader!("scan")],
-            bindings: &[VIEW, (1, Read), (2, Write), (3, Write)],
+            bindings: &[VIEW, (1, Read), (2, Write), (3, Write), (4, Write), (5, Write)],
             flags: &[],
         }
     };
 }
 
 /// The prefix sum, in the order of its dispatches.
-pub static SCAN: [Stage; 3] = [
-    scan!("scan (sum blocks)", "sum_blocks"),
-    scan!("scan (scan blocks)", "scan_blocks"),
-    scan!("scan (spread blocks)", "spread_blocks"),
-];
+pub static SCAN: [Stage; 2] =
+    [scan!("scan (sum blocks)", "sum_blocks"), scan!("scan (spread blocks)", "spread_blocks")];
 
 pub static IDENTITIES: Stage = Stage {
     name: "identities",
@@ -247,24 +200,32 @@ pub static IDENTITIES: Stage = Stage {
 
 pub static SORT: Stage = Stage {
     name: "sort",
-    entry: "sort",
-    files: &[shader!("sort")],
+    entry: "sort_short",
+    files: &[shader!("sort"), shader!("sort_list"), shader!("sort_short")],
     bindings: &[VIEW, (1, Read), (2, Write), (3, Write)],
     flags: &[Flag::KeepsTriangles],
 };
 
-pub static MERGE: Stage = Stage {
-    name: "merge",
-    entry: "merge",
-    files: &[shader!("ray_of"), shader!("merge")],
-    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write)],
+pub static SORT_LONG: Stage = Stage {
+    name: "sort (long lists)",
+    entry: "sort_long",
+    files: &[shader!("sort"), shader!("sort_long")],
+    bindings: &[VIEW, (1, Read), (2, Write), (3, Write), (4, Write), (5, Write), (6, Read), (7, Read)],
     flags: &[Flag::KeepsTriangles],
 };
 
 pub static RESOLVE: Stage = Stage {
     name: "resolve",
     entry: "resolve",
-    files: &[shader!("fixed"), shader!("windings"), shader!("unclosed"), shader!("walk"), shader!("resolve")],
+    files: &[
+        shader!("fixed"),
+        shader!("windings"),
+        shader!("unclosed"),
+        shader!("sort"),
+        shader!("sort_list"),
+        shader!("walk"),
+        shader!("resolve"),
+    ],
     bindings: &[VIEW, (1, Read), (2, Write), (3, Write), (4, Write), (5, Write)],
     flags: &[Flag::Over, Flag::Exact, Flag::NonZero, Flag::KeepsTriangles],
 };
@@ -272,17 +233,17 @@ pub static RESOLVE: Stage = Stage {
 pub static MEET: Stage = Stage {
     name: "meet",
     entry: "meet",
-    files: &[shader!("fixed"), shader!("unclosed"), shader!("walk"), shader!("meet")],
-    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write), (6, Write)],
-    flags: &[Flag::Over, Flag::NonZero],
+    files: &[shader!("fixed"), shader!("unclosed"), shader!("walk"), shader!("loose"), shader!("meet")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Write), (5, Write)],
+    flags: &[Flag::Over, Flag::NonZero, Flag::TwoLists],
 };
 
 pub static COMPACT: Stage = Stage {
     name: "compact",
     entry: "compact",
-    files: &[shader!("compact")],
-    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Read), (5, Write)],
-    flags: &[Flag::TwoSolids],
+    files: &[shader!("loose"), shader!("compact")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write)],
+    flags: &[Flag::TwoLists],
 };
 
 pub static GAPS: Stage = Stage {
@@ -312,20 +273,20 @@ pub static KEEP: Stage = Stage {
 pub static VOLUME_SUMS: Stage = Stage {
     name: "volume_sums",
     entry: "summarise",
-    files: &[shader!("volume_sums")],
-    bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Write)],
-    flags: &[],
+    files: &[shader!("loose"), shader!("volume_sums")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write)],
+    flags: &[Flag::TwoLists],
 };
 
 /// Returns all stages.
 fn all() -> Vec<&'static Stage> {
-    let passes = [&COUNT, &SCATTER, &MASKS, &RETRIEVE, &BIN, &FILL_BINS];
+    let passes = [&APPEND, &MASKS, &RETRIEVE];
     let single = [
-        &PLAN,
+        &PLACE,
         &CLASSIFY,
         &IDENTITIES,
         &SORT,
-        &MERGE,
+        &SORT_LONG,
         &RESOLVE,
         &MEET,
         &COMPACT,
@@ -333,16 +294,17 @@ fn all() -> Vec<&'static Stage> {
         &OFFSETS,
         &KEEP,
         &VOLUME_SUMS,
-        &TILES,
     ];
-    passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.blocks]).chain(single).chain(&SCAN).collect()
+    passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.rows]).chain(single).chain(&SCAN).collect()
 }
 
-/// Returns the requirements of all stages together for a device.
-pub fn needs() -> Needs {
+/// Returns the requirements for a device: those of all stages, but of the route by masks only where it is wanted.
+pub fn needs(by_masks: bool) -> Needs {
     let storage = |stage: &Stage| stage.bindings.iter().filter(|(_, access)| *access != Uniform).count() as u32;
-    let bindings = all().into_iter().map(storage).max().unwrap_or(0);
-    Needs { bindings, workgroup: WORKGROUP.max(SCAN_WORKGROUP) }
+    let is_wanted =
+        |stage: &&Stage| by_masks || ![&RETRIEVE.triangles, &RETRIEVE.rows].map(|s| s.name).contains(&stage.name);
+    let bindings = all().iter().filter(|stage| is_wanted(stage)).map(|stage| storage(stage)).max().unwrap_or(0);
+    Needs { bindings, workgroup: WORKGROUP.max(SCAN_WORKGROUP).max(LONG_WORKGROUP) }
 }
 
 impl Stage {
@@ -353,15 +315,17 @@ impl Stage {
         for (flag, name) in ALL_FLAGS {
             text += &format!("const {name} = {};\n", flags.has(flag));
         }
+        text += BandView::WGSL;
         text += View::WGSL;
         text += Tally::WGSL;
-        text += Planned::WGSL;
+        text += Found::WGSL;
+        text += Found::READ_WGSL;
         text += "\n";
         text += shader!("places");
         text += "\n";
-        text += shader!("lattice");
-        text += "\n";
         text += shader!("view");
+        text += "\n";
+        text += shader!("lattice");
         text += "\n";
         if self.files.contains(&shader!("fixed")) {
             text += match arithmetic {
@@ -370,6 +334,10 @@ impl Stage {
             };
             text += "\n";
             text += shader!("crossing");
+        }
+        if self.files.contains(&shader!("sort_list")) {
+            text += "\n";
+            text += &network::wgsl();
         }
         for file in self.files {
             text += "\n";
@@ -437,7 +405,8 @@ mod tests {
 
     #[test]
     fn invalid_shaders_are_rejected() {
-        let source = PLAN.source(Flags::default(), Arithmetic::Native).replace("min(blocks[0]", "min(blocks[0].x");
+        let source =
+            PLACE.source(Flags::default(), Arithmetic::Native).replace("= found_rays[index]", "= found_rays.x");
         assert!(naga::front::wgsl::parse_str(&source).is_err());
     }
 
@@ -456,9 +425,13 @@ mod tests {
         let mut seen = 0;
         for stage in all() {
             for (name, module) in variants(stage) {
-                for (of, expected) in
-                    [("View", &View::OFFSETS[..]), ("Tally", &Tally::OFFSETS), ("Planned", &Planned::OFFSETS)]
-                {
+                for (of, expected) in [
+                    ("View", View::OFFSETS),
+                    ("BandView", BandView::OFFSETS),
+                    ("Tally", Tally::OFFSETS),
+                    ("Found", Found::OFFSETS),
+                    ("FoundRead", Found::OFFSETS),
+                ] {
                     let Some(found) = members(&module, of) else { continue };
                     assert_eq!(found, expected, "{name}");
                     seen += 1;

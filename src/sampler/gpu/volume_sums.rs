@@ -1,20 +1,19 @@
 //! Sums of images that stay on the device.
 
 use super::band::Band;
-use super::image::{BandError, BandJob, Image, MadeBand, Way};
+use super::image::{Image, Way};
+use super::job::{DeviceImage, Job, JobError};
+use super::lists::Lists;
 use super::stages::VOLUME_SUMS;
-use super::view::{LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, Tally, wide};
-use super::{GpuSampler, State};
-use crate::gpu::{bytes_of, held};
-use crate::grid::LatticeSolid;
+use super::view::{Found, LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, TOTALS_WORDS, Tally, wide};
+use super::{GpuSampler, Route};
+use crate::gpu::{DeviceError, Recorder, bytes_of};
+use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{RaySums, VolumeSums, Windings};
 use crate::sampler::SampleError;
 
-/// Number of words of the totals of `shaders/volume_sums.wgsl`: sums in two words each, the largest number of samples of a
-/// ray, and the number of all samples.
-const TOTALS_WORDS: u64 = 2 * SUMS as u64 + 2;
-
 /// The sums over the counted rows of a band.
+#[derive(Default)]
 struct BandSums {
     sums: RaySums,
     layers: u32,
@@ -23,20 +22,19 @@ struct BandSums {
     windings: Windings,
 }
 
-impl BandJob<'_> {
-    /// Makes the band, sums it, and reads the sums back.
-    fn volume_sums(&mut self) -> Result<BandSums, BandError> {
-        let MadeBand { mut recorder, offsets, samples, tally, most_samples, .. } = self.make()?;
-        let levels = self.words("levels", most_samples)?;
-        let totals = self.words("totals", TOTALS_WORDS)?;
-        recorder.clear(&totals, bytes_of(TOTALS_WORDS));
-        let view = recorder.uniform(bytemuck::bytes_of(&self.view()));
-        let bound = [(0, &view), (1, &offsets), (2, &samples), (3, &levels), (4, &totals)];
-        self.by_ray(&mut recorder, &VOLUME_SUMS, &bound)?;
-        recorder.read_back(&totals, 0, bytes_of(TOTALS_WORDS));
-        recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
-        let brought = recorder.finish()?;
-        let (totals, tally): (&[u32], Tally) = (&brought[0], bytemuck::cast_slice(&brought[1])[0]);
+impl BandSums {
+    fn plus(self, other: BandSums) -> BandSums {
+        BandSums {
+            sums: self.sums.plus(other.sums),
+            layers: self.layers.max(other.layers),
+            samples: self.samples + other.samples,
+            unclosed: self.unclosed + other.unclosed,
+            windings: self.windings.plus(other.windings),
+        }
+    }
+
+    /// Returns the sums that were read back for one band.
+    fn of(totals: &[u32], tally: &Tally) -> BandSums {
         let sum = |i: u32| wide(totals[2 * i as usize], totals[2 * i as usize + 1]);
         let sums = RaySums {
             steps: std::array::from_fn(|parity| sum(parity as u32)),
@@ -44,64 +42,129 @@ impl BandJob<'_> {
             level: std::array::from_fn(|level| sum(LEVEL_SUMS + level as u32)),
         };
         let [layers, samples] = [0, 1].map(|i| totals[2 * SUMS as usize + i]);
-        Ok(BandSums {
+        BandSums {
             sums,
             layers,
             samples: u64::from(samples),
             unclosed: u64::from(tally.unclosed),
             windings: tally.windings(),
-        })
+        }
     }
 }
 
-impl GpuSampler {
-    /// Sums an image on the device; where not even three rows of it fit there, on the host.
-    pub(super) fn sums(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, SampleError> {
-        match self.sums_on_device(solids, image) {
-            Ok(volume_sums) => Ok(volume_sums),
-            Err(BandError::Device(error)) => Err(error.into()),
-            Err(BandError::TooLarge { .. }) => Ok(self.image(solids, image)?.volume_sums()),
+impl Job<'_> {
+    /// Makes the bands, sums them, and reads the sums back, one of each band.
+    fn volume_sums(&mut self) -> Result<Vec<BandSums>, JobError> {
+        if self.route == Route::Masks {
+            let mut recorder = Recorder::new(&self.sampler.device);
+            let image = self.record_masks(&mut recorder)?;
+            self.record_sums(&mut recorder, &image)?;
+            return Ok(recorder.finish(sums_of)?);
         }
+        let others = 1 + self.words_of_image();
+        let record = |job: &mut Self, recorder: &mut Recorder, lists: &Lists| {
+            let image = job.resolve(recorder, lists)?;
+            Ok(job.record_sums(recorder, &image)?)
+        };
+        let (greatest, sums) =
+            self.by_lists(others, record, |_, found: &Found, parts| (found.greatest, sums_of(parts)))?;
+        self.sampler.device.admit_rounds(greatest)?;
+        Ok(sums)
     }
 
-    fn sums_on_device(&self, solids: &[&LatticeSolid], image: &Image) -> Result<VolumeSums, BandError> {
-        let mut state = held(&self.state);
-        let State { pool, residents } = &mut *state;
-        let solids = self.resident(residents, solids)?;
-        let (columns, _) = image.grid.image_size(image.axis);
-        let looked_at = image.window_rows();
-        let Way { route, most_rays } = image.way(self);
-        let most_rows = most_rays / columns;
-        // A row is compared with its neighbours, which are made as well.
-        let at_once = if looked_at.len() as u32 <= most_rows { most_rows } else { most_rows.saturating_sub(2) };
-        if at_once == 0 && !looked_at.is_empty() {
-            let (rays, limit) = (3 * u64::from(columns), bytes_of(u64::from(most_rays)));
-            return Err(BandError::TooLarge { what: "three rows of rays", bytes: bytes_of(rays), limit });
-        }
-        let part = |first: u32| first..looked_at.end.min(first + at_once);
-        let mut parts: Vec<_> = looked_at.clone().step_by(at_once.max(1) as usize).map(part).collect();
-        let (mut sums, mut windings) = (RaySums::default(), Windings::default());
-        let (mut layers, mut samples, mut unclosed) = (0, 0, 0);
-        while let Some(rows) = parts.pop() {
-            let with_neighbours = rows.start.saturating_sub(1).max(looked_at.start)..looked_at.end.min(rows.end + 1);
-            let band = Band::with_neighbours(with_neighbours, rows.clone(), columns);
-            let mut job = BandJob { sampler: self, pool, solids: &solids, image, route, band };
-            match job.volume_sums() {
-                Ok(part) => {
-                    sums = sums.plus(part.sums);
-                    windings = windings.plus(part.windings);
-                    layers = layers.max(part.layers);
-                    samples += part.samples;
-                    unclosed += part.unclosed;
-                }
-                Err(BandError::TooLarge { .. }) if rows.len() > 1 => {
-                    let middle = rows.start + rows.len() as u32 / 2;
-                    parts.extend([middle..rows.end, rows.start..middle]);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let windings = image.counts_windings.then_some(windings);
-        Ok(VolumeSums::from_parts(image.grid, image.axis, sums, layers, [samples, unclosed], windings))
+    /// Records that images are summed, and the sums read back.
+    fn record_sums(&mut self, recorder: &mut Recorder, image: &DeviceImage) -> Result<(), DeviceError> {
+        let bands = self.bands.len() as u64;
+        let totals_words = u64::from(TOTALS_WORDS) * bands;
+        let levels = self.words("levels", image.most_samples)?;
+        let totals = self.zeros(recorder, "totals", totals_words)?;
+        let bound = [(1, &image.starts), (2, &image.counts), (3, &image.samples), (4, &levels), (5, &totals)];
+        self.by_ray(recorder, &VOLUME_SUMS, &bound)?;
+        recorder.read_back(&totals, 0, bytes_of(totals_words));
+        recorder.read_back(&image.tallies, 0, bytes_of(TALLY_WORDS * bands));
+        Ok(())
     }
+}
+
+fn sums_of(parts: &[&[u32]]) -> Vec<BandSums> {
+    let tallies: &[Tally] = bytemuck::cast_slice(parts[1]);
+    parts[0]
+        .chunks_exact(TOTALS_WORDS as usize)
+        .zip(tallies)
+        .map(|(totals, tally)| BandSums::of(totals, tally))
+        .collect()
+}
+
+impl GpuSampler {
+    /// Sums images on the device; where not even three rows of one fit there, on the host.
+    pub(super) fn sums(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        axes: &[Axis],
+    ) -> Result<Vec<VolumeSums>, SampleError> {
+        let mut sums = [(); 3].map(|()| BandSums::default());
+        let take = |band: &Band, part: BandSums| {
+            let sum = &mut sums[band.axis.depth()];
+            *sum = std::mem::take(sum).plus(part);
+            Ok(())
+        };
+        let jobs = sum_jobs(image, axes, image.way(self));
+        let halves = |band: &Band| halves(image, band);
+        match jobs.map(|jobs| self.run_jobs(solids, image, jobs, &halves, |job| job.volume_sums(), take)) {
+            Some(Ok(())) => {
+                let sums_along = |&axis: &Axis| {
+                    let BandSums { sums, layers, samples, unclosed, windings } =
+                        std::mem::take(&mut sums[axis.depth()]);
+                    let windings = image.counts_windings.then_some(windings);
+                    VolumeSums::from_parts(image.grid, axis, sums, layers, [samples, unclosed], windings)
+                };
+                Ok(axes.iter().map(sums_along).collect())
+            }
+            Some(Err(error)) if !is_too_large(&error) => Err(error),
+            _ => Ok(self.images(solids, image, axes)?.iter().map(crate::ldi::Ldi::volume_sums).collect()),
+        }
+    }
+}
+
+/// Returns whether a job failed as not even three rows of rays fit the device.
+fn is_too_large(error: &SampleError) -> bool {
+    matches!(error, SampleError::Device(DeviceError::TooLarge { .. } | DeviceError::OutOfMemory { .. }))
+}
+
+/// Returns the jobs that sum the images along some axes: one for all axes where their rays fit together, else bands of each axis.
+/// A row is compared with its neighbours, which are made as well. `None` where three rows do not fit.
+fn sum_jobs(image: &Image, axes: &[Axis], way: Way) -> Option<Vec<Vec<Band>>> {
+    let whole = image.jobs(axes, way);
+    let is_whole = |job: &Vec<Band>| job.iter().all(|band| *band == image.whole(band.axis));
+    if whole.iter().all(is_whole) {
+        return Some(whole);
+    }
+    let mut jobs = Vec::new();
+    for &axis in axes {
+        let (columns, _) = image.grid.image_size(axis);
+        let rows = image.window_rows(axis);
+        let most_rows = way.most_rays / columns;
+        let at_once = if rows.len() as u32 <= most_rows { most_rows } else { most_rows.saturating_sub(2) };
+        if at_once == 0 && !rows.is_empty() {
+            return None;
+        }
+        let part = |first: u32| vec![counted(image, axis, first..rows.end.min(first + at_once))];
+        jobs.extend(rows.clone().step_by(at_once.max(1) as usize).map(part));
+    }
+    Some(jobs)
+}
+
+/// Returns the band that counts these rows.
+fn counted(image: &Image, axis: Axis, rows: std::ops::Range<u32>) -> Band {
+    let all = image.window_rows(axis);
+    let with_neighbours = rows.start.saturating_sub(1).max(all.start)..all.end.min(rows.end + 1);
+    Band::with_neighbours(axis, with_neighbours, rows, image.grid.image_size(axis).0)
+}
+
+/// Returns the bands that count the halves of the counted rows, or `None` for a single row.
+fn halves(image: &Image, band: &Band) -> Option<[Band; 2]> {
+    let rows = band.counted_rows();
+    let middle = rows.start + rows.len() as u32 / 2;
+    (rows.len() > 1).then(|| [rows.start..middle, middle..rows.end].map(|rows| counted(image, band.axis, rows)))
 }

@@ -86,43 +86,40 @@ impl Flood<'_> {
         let tally = self.words("tally", TALLY_WORDS)?;
 
         let mut recorder = Recorder::new(device);
-        let uniforms = self.views.map(|view| recorder.uniform(bytemuck::bytes_of(&view)));
-        self.cast(&mut recorder, words, spans, &uniforms, &walls, [&inside, &outside])?;
+        self.cast(&mut recorder, words, spans, &walls, [&inside, &outside])?;
         let by_word = || workgroups(words as u32);
-        let states = [(0, &uniforms[0]), (1, &inside), (2, &outside)];
-        self.dispatch(&mut recorder, &SEEDS, &states, by_word())?;
+        self.dispatch(&mut recorder, &SEEDS, Axis::X, &[(1, &inside), (2, &outside)], by_word())?;
         recorder.clear(&tally, bytes_of(TALLY_WORDS));
-        let counted = [(0, &uniforms[0]), (1, &inside), (2, &outside), (3, &tally)];
-        self.dispatch(&mut recorder, &REACHED, &counted, by_word())?;
+        let counted = [(1, &inside), (2, &outside), (3, &tally)];
+        self.dispatch(&mut recorder, &REACHED, Axis::X, &counted, by_word())?;
         recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
-        let seeds = tally_of(&recorder.finish()?[0]);
+        let seeds = recorder.finish(|parts| tally_of(parts[0]))?;
 
         // Also where no node is open: certain nodes may be contradictory.
-        self.spread(&uniforms, &walls, [&inside, &outside], &tally)?;
+        self.spread(&walls, [&inside, &outside], &tally)?;
 
         let mut recorder = Recorder::new(device);
         recorder.clear(&tally, bytes_of(TALLY_WORDS));
-        self.dispatch(&mut recorder, &REACHED, &counted, by_word())?;
+        self.dispatch(&mut recorder, &REACHED, Axis::X, &counted, by_word())?;
         recorder.read_back(&tally, 0, bytes_of(TALLY_WORDS));
         recorder.read_back(&inside, 0, bytes_of(words));
         recorder.read_back(&outside, 0, bytes_of(words));
-        let brought = recorder.finish()?;
-        let end = tally_of(&brought[0]);
+        let (end, mut reached) = recorder.finish(|parts| {
+            let reached = Reached {
+                inside: host_words(parts[1]),
+                outside: host_words(parts[2]),
+                walls: Default::default(),
+                open_nodes: open_in(&seeds),
+            };
+            (tally_of(parts[0]), reached)
+        })?;
         if end.contradictory != 0 {
             return Ok(None);
         }
-        let mut reached = Reached {
-            inside: host_words(&brought[1]),
-            outside: host_words(&brought[2]),
-            walls: Default::default(),
-            open_nodes: open_in(&seeds),
-        };
         if open_in(&end) > 0 {
             let mut recorder = Recorder::new(device);
             walls.iter().for_each(|walls| recorder.read_back(walls, 0, bytes_of(words)));
-            for (walls, brought) in reached.walls.iter_mut().zip(recorder.finish()?) {
-                *walls = host_words(&brought);
-            }
+            reached.walls = recorder.finish(|parts| [0, 1, 2].map(|axis| host_words(parts[axis])))?;
         }
         Ok(Some(reached))
     }
@@ -130,7 +127,6 @@ impl Flood<'_> {
     /// Sweeps round after round until one reaches nothing new.
     fn spread(
         &mut self,
-        uniforms: &[wgpu::Buffer; 3],
         walls: &[wgpu::Buffer; 3],
         [inside, outside]: [&wgpu::Buffer; 2],
         tally: &wgpu::Buffer,
@@ -142,13 +138,13 @@ impl Flood<'_> {
                 if left == 0 {
                     recorder.clear(tally, bytes_of(TALLY_WORDS));
                 }
-                for axis in 0..3 {
-                    let bound = [(0, &uniforms[axis]), (1, &walls[axis]), (2, inside), (3, outside), (4, tally)];
-                    self.dispatch(&mut recorder, &FLOOD[axis], &bound, workgroups(self.views[axis].lines))?;
+                for axis in Axis::ALL {
+                    let bound = [(1, &walls[axis.depth()]), (2, inside), (3, outside), (4, tally)];
+                    self.by_line(&mut recorder, &FLOOD[axis.depth()], axis, &bound)?;
                 }
             }
             recorder.read_back(tally, 0, bytes_of(TALLY_WORDS));
-            if tally_of(&recorder.finish()?[0]).changed == 0 {
+            if recorder.finish(|parts| tally_of(parts[0]))?.changed == 0 {
                 return Ok(());
             }
             rounds = (2 * rounds).min(MOST_ROUNDS);
@@ -161,23 +157,22 @@ impl Flood<'_> {
         recorder: &mut Recorder,
         words: u64,
         spans: &[RaySpans<H>; 3],
-        uniforms: &[wgpu::Buffer; 3],
         walls: &[wgpu::Buffer; 3],
         [inside, hull]: [&wgpu::Buffer; 2],
     ) -> Result<(), DeviceError> {
         let [changes, ends] = [self.words("changes", words)?, self.words("ends", words)?];
-        for (axis, spans) in spans.iter().enumerate() {
-            let (view, walls) = (&uniforms[axis], &walls[axis]);
+        for (axis, spans) in Axis::ALL.into_iter().zip(spans) {
+            let walls = &walls[axis.depth()];
             let crossings: Vec<u32> = spans.hits.par_iter().map(|hit| hit.crossing().0).collect();
             let starts = self.upload("starts of spans", &spans.offsets)?;
             let crossings_there = self.upload("ends of spans", &crossings)?;
             for mask in [&changes, &ends, walls] {
                 recorder.clear(mask, bytes_of(words));
             }
-            let bound = [(0, view), (1, &starts), (2, &crossings_there), (3, &changes), (4, &ends), (5, walls)];
-            self.dispatch(recorder, &CAST, &bound, workgroups(crossings.len() as u32))?;
-            let bound = [(0, view), (1, &changes), (2, &ends), (3, inside), (4, hull)];
-            self.dispatch(recorder, &SPREAD[axis], &bound, workgroups(self.views[axis].lines))?;
+            let bound = [(1, &starts), (2, &crossings_there), (3, &changes), (4, &ends), (5, walls)];
+            self.dispatch(recorder, &CAST, axis, &bound, workgroups(crossings.len() as u32))?;
+            let bound = [(1, &changes), (2, &ends), (3, inside), (4, hull)];
+            self.by_line(recorder, &SPREAD[axis.depth()], axis, &bound)?;
         }
         Ok(())
     }
@@ -194,14 +189,27 @@ impl Flood<'_> {
         self.device.upload(what, bytemuck::cast_slice(words))
     }
 
+    /// Runs a kernel with one invocation per line of words along an axis.
+    fn by_line(
+        &mut self,
+        recorder: &mut Recorder,
+        stage: &'static Stage,
+        axis: Axis,
+        buffers: &[(u32, &wgpu::Buffer)],
+    ) -> Result<(), DeviceError> {
+        self.dispatch(recorder, stage, axis, buffers, workgroups(self.views[axis.depth()].lines))
+    }
+
     fn dispatch(
         &mut self,
         recorder: &mut Recorder,
         stage: &'static Stage,
+        axis: Axis,
         buffers: &[(u32, &wgpu::Buffer)],
         workgroups: Workgroups,
     ) -> Result<(), DeviceError> {
-        recorder.dispatch(self.state.kernels.get(self.device, stage)?, buffers, workgroups);
+        let view = recorder.uniform(bytemuck::bytes_of(&self.views[axis.depth()]));
+        recorder.dispatch(self.state.kernels.get(self.device, stage)?, view, buffers, workgroups);
         Ok(())
     }
 }
