@@ -2,7 +2,7 @@
 //!
 //! A stage reads each of its inputs once and writes each of its outputs once. Words of four bytes that atomics change, one by
 //! one and in no order, count as read and written once, however often they are hit. Data that fits any cache, such as block
-//! sums, uniforms and the queue of large triangles, is left out. So is the granularity of memory: a scattered word transfers a
+//! sums, uniforms and the blocks of rows of large triangles, is left out. So is the granularity of memory: a scattered word transfers a
 //! whole sector, which is part of what a ratio to this traffic shows.
 
 use std::ops::AddAssign;
@@ -26,9 +26,6 @@ const WORKGROUP: u64 = 64;
 /// Counters to which every workgroup of such a stage adds.
 const TALLIES: u64 = 4;
 
-/// Rows and columns of a tile of rays.
-const TILE_SIDE: u32 = 8;
-
 /// Words of the tally that is read back to the host.
 const TALLY_WORDS: u64 = 8;
 
@@ -49,10 +46,6 @@ pub struct Size {
     pub crossed_rays: u64,
     /// Words of a mask with a crossing.
     pub crossed_words: u64,
-    /// Number of tiles of rays.
-    pub tiles: u64,
-    /// Pairs of a tile and a triangle that crosses one of its rays.
-    pub binned: u64,
     /// Number of samples of the image.
     pub samples: u64,
 }
@@ -65,21 +58,12 @@ impl Size {
         let grid = exact.grid();
         let word = |depth: i32| (depth as u32 / grid.voxel(exact.axis())).min(grid.lod() - 1) / WORD_BITS;
         let (mut crossed_rays, mut crossed_words) = (0, 0);
-        let (columns, rows) = grid.image_size(exact.axis());
-        let tiles_across = columns.div_ceil(TILE_SIDE);
-        let triangles = exact.triangles().expect("a surface knows its triangles");
-        let mut binned: Vec<(u32, u32)> = Vec::with_capacity(triangles.len());
         for ray in 0..exact.rays() {
             // Depths along a ray do not decrease, nor do their word indices.
             let runs = exact.samples(ray).chunk_by(|&a, &b| word(a) == word(b)).count() as u64;
             crossed_words += runs;
             crossed_rays += u64::from(runs > 0);
-            let tile = ray / columns / TILE_SIDE * tiles_across + ray % columns / TILE_SIDE;
-            let crossings = exact.samples(ray).len();
-            binned.extend(triangles[binned.len()..][..crossings].iter().map(|&triangle| (tile, triangle)));
         }
-        binned.sort_unstable();
-        binned.dedup();
         Size {
             triangles: solid.triangles().len() as u64,
             positions: solid.positions().len() as u64,
@@ -88,8 +72,6 @@ impl Size {
             crossings: exact.depths().len() as u64,
             crossed_rays,
             crossed_words,
-            tiles: u64::from(tiles_across) * u64::from(rows.div_ceil(TILE_SIDE)),
-            binned: binned.len() as u64,
             samples,
         }
     }
@@ -152,64 +134,34 @@ impl Size {
         ]
     }
 
-    /// Returns the traffic of sampling by tiles, by stage. Workgroup memory is left out: two atomics per crossing there.
-    pub fn by_tiles(&self) -> Vec<(&'static str, Moved)> {
-        let scan_of_tiles = WORD * (3 * self.tiles + 1);
-        vec![
-            ("clear", Moved::bytes(WORD * self.tiles)),
-            // The geometry; counts of tiles, read and written; an atomic per pair.
-            ("bin", Moved { bytes: self.geometry() + WORD * 2 * self.tiles, atomics: self.binned, contended: 0 }),
-            // One scan of the counts of pairs, one of those of samples.
-            ("scan", Moved::bytes(scan_of_tiles + self.scan().bytes)),
-            // The geometry; offsets of tiles, read; their counts, read and written; pairs written; an atomic per pair.
-            (
-                "fill bins",
-                Moved {
-                    bytes: self.geometry() + WORD * (3 * self.tiles + self.binned),
-                    atomics: self.binned,
-                    contended: 0,
-                },
-            ),
-            // Offsets of tiles, pairs and the geometry, read; a count and an offset per ray, written; samples, written first
-            // and then read and written by about one atomic per crossing; the next offset, and the tally.
-            (
-                "tiles",
-                Moved {
-                    bytes: self.geometry() + WORD * (self.tiles + self.binned + 2 * self.rays + 3 * self.samples),
-                    atomics: self.crossings,
-                    contended: self.tiles + TALLIES * self.tiles,
-                },
-            ),
-            // Offsets of rays with gaps and without, read; samples read and written.
-            ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
-            // The offsets of rays, the samples and the tally.
-            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
-        ]
-    }
-
-    /// Returns the traffic of sampling by lists, by stage.
-    pub fn by_lists(&self) -> Vec<(&'static str, Moved)> {
-        vec![
+    /// Returns the traffic of sampling by lists, by stage, for the first of some axes or another one, whose geometry the first
+    /// has read. Every crossing of an exact image is a sample, so that nothing is left to compact.
+    pub fn by_lists(&self, is_first: bool, is_exact: bool) -> Vec<(&'static str, Moved)> {
+        let geometry = if is_first { self.geometry() } else { 0 };
+        let mut stages = vec![
             // The counts, written.
             ("clear", Moved::bytes(WORD * self.rays)),
-            // The geometry; counts of the crossed rays, read and written; an atomic per crossing.
+            // The geometry; counts of the crossed rays, read and written; rays and crossings, written; an atomic per crossing.
             (
-                "count",
-                Moved { bytes: self.geometry() + WORD * 2 * self.crossed_rays, atomics: self.crossings, contended: 0 },
-            ),
-            // One scan of the counts of crossings, one of those of samples.
-            ("scan", Moved::bytes(2 * self.scan().bytes)),
-            // The geometry; offsets of rays, read; their counts, read and written; crossings written; an atomic per crossing.
-            (
-                "scatter",
+                "cover",
                 Moved {
-                    bytes: self.geometry() + WORD * (3 * self.crossed_rays + self.crossings),
+                    bytes: geometry + WORD * (2 * self.crossed_rays + 2 * self.crossings),
                     atomics: self.crossings,
                     contended: 0,
                 },
             ),
-            // The offsets of rays, read; crossings read and written.
-            ("sort", Moved::bytes(WORD * (self.rays + 1 + 2 * self.crossings))),
+            // One scan of the counts of crossings, and one of those of samples.
+            ("scan", Moved::bytes(self.scan().bytes * if is_exact { 1 } else { 2 })),
+            // Rays and crossings, read; offsets of rays, read; their counts, read and written; crossings written; an atomic per
+            // crossing.
+            (
+                "place",
+                Moved {
+                    bytes: WORD * (3 * self.crossed_rays + 3 * self.crossings),
+                    atomics: self.crossings,
+                    contended: 0,
+                },
+            ),
             // The offsets of rays and the crossings, read; samples and their counts, written.
             (
                 "resolve",
@@ -219,11 +171,14 @@ impl Size {
                     contended: self.tallied(self.rays),
                 },
             ),
+            // The offsets of rays, the samples and the tally.
+            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.samples + TALLY_WORDS))),
+        ];
+        if !is_exact {
             // Offsets of rays with gaps and without, read; samples read and written.
-            ("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))),
-            // The offsets of rays, space for as many samples as there are crossings, and the tally.
-            ("read back", Moved::bytes(WORD * (self.rays + 1 + self.crossings + TALLY_WORDS))),
-        ]
+            stages.push(("compact", Moved::bytes(WORD * (2 * (self.rays + 1) + 2 * self.samples))));
+        }
+        stages
     }
 }
 
@@ -271,8 +226,6 @@ mod tests {
         crossings: 640,
         crossed_rays: 300,
         crossed_words: 500,
-        tiles: 20,
-        binned: 150,
         samples: 600,
     };
 
@@ -295,28 +248,17 @@ mod tests {
 
     #[test]
     fn lists_are_accounted_for() {
-        let stages = SIZE.by_lists();
+        let stages = SIZE.by_lists(true, false);
         assert_eq!(of(&stages, "clear").bytes, 4000);
-        assert_eq!(of(&stages, "count"), Moved { bytes: 152 * 12 + 2400, atomics: 640, contended: 0 });
+        assert_eq!(of(&stages, "cover"), Moved { bytes: 152 * 12 + 2400 + 5120, atomics: 640, contended: 0 });
         assert_eq!(of(&stages, "scan").bytes, 24_008);
-        assert_eq!(of(&stages, "scatter"), Moved { bytes: 152 * 12 + 3600 + 2560, atomics: 640, contended: 0 });
-        assert_eq!(of(&stages, "sort").bytes, 4004 + 5120);
+        assert_eq!(of(&stages, "place"), Moved { bytes: 3600 + 7680, atomics: 640, contended: 0 });
         assert_eq!(of(&stages, "resolve"), Moved { bytes: 4004 + 2560 + 2400 + 4000, atomics: 0, contended: 64 });
         assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
-        assert_eq!(of(&stages, "read back").bytes, 4004 + 2560 + 32);
-    }
-
-    #[test]
-    fn tiles_are_accounted_for() {
-        let stages = SIZE.by_tiles();
-        assert_eq!(of(&stages, "clear").bytes, 80);
-        assert_eq!(of(&stages, "bin"), Moved { bytes: 152 * 12 + 160, atomics: 150, contended: 0 });
-        assert_eq!(of(&stages, "scan").bytes, 244 + 12_004);
-        assert_eq!(of(&stages, "fill bins"), Moved { bytes: 152 * 12 + 240 + 600, atomics: 150, contended: 0 });
-        let tiles = Moved { bytes: 152 * 12 + 80 + 600 + 8000 + 7200, atomics: 640, contended: 100 };
-        assert_eq!(of(&stages, "tiles"), tiles);
-        assert_eq!(of(&stages, "compact").bytes, 8008 + 4800);
         assert_eq!(of(&stages, "read back").bytes, 4004 + 2400 + 32);
+        let other = SIZE.by_lists(false, true);
+        assert_eq!((of(&other, "cover").bytes, of(&other, "scan").bytes), (2400 + 5120, 12_004));
+        assert!(other.iter().all(|(name, _)| *name != "compact"));
     }
 
     #[test]
@@ -332,7 +274,5 @@ mod tests {
         // Every crossed ray enters in the first of its two words and leaves in the second.
         assert_eq!((size.crossings, size.crossed_words), (2 * size.crossed_rays, 2 * size.crossed_rays));
         assert!(size.crossed_rays > 0 && size.crossed_rays <= size.rays);
-        // One or both triangles of each end cross a tile in the middle.
-        assert!(size.binned >= 2 * size.tiles && size.binned <= 4 * size.tiles, "{size:?}");
     }
 }

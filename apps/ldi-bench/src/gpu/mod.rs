@@ -11,8 +11,10 @@
 //! # Timed quantities
 //! Stages, by the device's own clock, summed over the three directions; for each stage the median over all rounds. Their sum
 //! without the readback to the host is called the whole: Leung and Wang stated this figure, as their images stayed on the GPU
-//! too. The wall time is that of three calls of `sample`, with all work of the host: recording, waiting twice per image, and
-//! copying the image to its own memory.
+//! too. The span is the time from the beginning of the first stage to the end of the last, with all pauses between them.
+//!
+//! Wall times are those of a program, taken while no stage is timed: of all three images, with all work of the host, and of the
+//! sums over them alone, which stay on the device. The dispatches, submissions and bytes over the bus are counted beside them.
 
 mod account;
 mod report;
@@ -20,7 +22,7 @@ mod report;
 use std::path::Path;
 use std::time::Instant;
 
-use ldi_ops::gpu::{Adapter, Device, Needs, StageTime, adapters, choose};
+use ldi_ops::gpu::{Adapter, Counters, Device, Needs, StageTime, adapters, choose};
 use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -67,20 +69,19 @@ struct Way {
     route: Route,
 }
 
-const WAYS: [Way; 4] = [
+const WAYS: [Way; 3] = [
     Way { name: "over by masks", mode: Mode::Estimate(Estimate::Over), route: Route::Masks },
     Way { name: "over by lists", mode: Mode::Estimate(Estimate::Over), route: Route::Lists },
-    Way { name: "over by tiles", mode: Mode::Estimate(Estimate::Over), route: Route::Tiles },
     Way { name: "exact by lists", mode: Mode::Exact, route: Route::Lists },
 ];
 
 impl Way {
-    fn account(self, size: &Size) -> Vec<(&'static str, Moved)> {
-        match self.route {
+    fn account(self, sizes: &[Size]) -> Vec<Vec<(&'static str, Moved)>> {
+        let of_axis = |(axis, size): (usize, &Size)| match self.route {
             Route::Masks => size.by_masks(),
-            Route::Lists => size.by_lists(),
-            Route::Tiles => size.by_tiles(),
-        }
+            Route::Lists => size.by_lists(axis == 0, self.mode == Mode::Exact),
+        };
+        sizes.iter().enumerate().map(of_axis).collect()
     }
 }
 
@@ -92,10 +93,32 @@ struct Case {
     /// Sizes by axis.
     sizes: [Size; 3],
     layers: [u32; 3],
-    /// Wall-clock time of three calls of `sample`.
+    /// Wall-clock time of all three images.
     wall: f64,
+    /// Time on the device from the first stage to the last; zero if the adapter does not time them.
+    span: f64,
+    /// What the images took.
+    images: Work,
+    /// Wall-clock time of the sums over all three images, and what they took.
+    sums_wall: f64,
+    sums: Work,
     stages: Vec<Stage>,
     published_milliseconds: f64,
+}
+
+/// What the device was given to do.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Work {
+    dispatches: u64,
+    submissions: u64,
+    uploaded: u64,
+    read_back: u64,
+}
+
+impl From<Counters> for Work {
+    fn from(Counters { dispatches, submissions, uploaded, read_back }: Counters) -> Work {
+        Work { dispatches, submissions, uploaded, read_back }
+    }
 }
 
 /// One stage, summed over three directions.
@@ -161,6 +184,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
         cases.extend(of_model(plan, adapter, model)?);
     }
     report::print_wholes(&cases, bandwidth);
+    report::print_work(&cases);
     report::print_stages(&cases, bandwidth);
     println!("{}", machine.describe());
     let document = json!({
@@ -218,7 +242,11 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
             sizes: [sizes[0], sizes[1], sizes[2]],
             layers: [0, 1, 2].map(|axis| exact[axis].layers()),
             wall: measured.wall,
-            stages: stages(&sizes.iter().map(|size| way.account(size)).collect::<Vec<_>>(), &measured.dispatches),
+            span: measured.span,
+            images: measured.images,
+            sums_wall: measured.sums_wall,
+            sums: measured.sums,
+            stages: stages(&way.account(&sizes), &measured.dispatches),
             published_milliseconds: model.milliseconds,
         });
     }
@@ -227,8 +255,7 @@ fn of_model(plan: &Plan, adapter: &Adapter, model: &SeedModel) -> Result<Vec<Cas
 
 /// Returns the images along all axes.
 fn images(name: &str, sampler: &dyn Sampler, solid: &LatticeSolid, mode: Mode) -> Result<Vec<Ldi>, BenchError> {
-    let image = |axis| sampler.sample(solid, axis, mode, FillRule::EvenOdd);
-    Axis::ALL.into_iter().map(|axis| image(axis).map_err(|error| BenchError::model(name, error))).collect()
+    sampler.sample_along(solid, &Axis::ALL, mode, FillRule::EvenOdd).map_err(|error| BenchError::model(name, error))
 }
 
 /// Checks that the images of GPU and CPU are identical to the bit.
@@ -242,11 +269,15 @@ fn check_twins(model: &str, way: &'static str, gpu: &Ldi, cpu: &Ldi) -> Result<(
 /// Medians over rounds of three images each, in seconds.
 struct Measured {
     wall: f64,
+    span: f64,
+    images: Work,
+    sums_wall: f64,
+    sums: Work,
     /// Device times by dispatch.
     dispatches: Vec<(&'static str, f64)>,
 }
 
-/// Times three images in each round.
+/// Times three images in each round: stage by stage, then as a whole, then their sums.
 fn rounds(
     rounds: usize,
     name: &str,
@@ -254,20 +285,44 @@ fn rounds(
     solid: &LatticeSolid,
     mode: Mode,
 ) -> Result<Measured, BenchError> {
-    sampler.device().keep_stage_times();
-    let (mut walls, mut times) = (Vec::new(), Vec::new());
+    let device = sampler.device();
+    device.keep_stage_times(true);
+    let (mut spans, mut times) = (Vec::new(), Vec::new());
     for round in 0..WARM_UP + rounds {
-        let start = Instant::now();
-        let made = images(name, sampler, solid, mode)?;
-        let wall = start.elapsed().as_secs_f64();
-        drop(made);
-        let taken = sampler.device().take_stage_times();
+        images(name, sampler, solid, mode)?;
+        let taken = device.take_stage_times();
         if round >= WARM_UP {
-            walls.push(wall);
+            let begin = taken.iter().map(|time| time.begin).fold(f64::INFINITY, f64::min);
+            let end = taken.iter().map(|time| time.begin + time.seconds).fold(f64::NEG_INFINITY, f64::max);
+            spans.push((end - begin).max(0.0));
             times.push(taken);
         }
     }
-    Ok(Measured { wall: median(walls), dispatches: medians_by_name(&times) })
+    device.keep_stage_times(false);
+    let (wall, images) = walls(rounds, device, || images(name, sampler, solid, mode))?;
+    let sums = || sampler.volume_sums_along(solid, &Axis::ALL, mode, FillRule::EvenOdd);
+    let (sums_wall, sums) = walls(rounds, device, || sums().map_err(|error| BenchError::model(name, error)))?;
+    Ok(Measured { wall, span: median(spans), images, sums_wall, sums, dispatches: medians_by_name(&times) })
+}
+
+/// Returns the median wall time of some work, and what the device was given to do for it.
+fn walls<T>(
+    rounds: usize,
+    device: &Device,
+    run: impl Fn() -> Result<T, BenchError>,
+) -> Result<(f64, Work), BenchError> {
+    let (mut walls, mut work) = (Vec::new(), Work::default());
+    for round in 0..1 + rounds {
+        device.take_counters();
+        let start = Instant::now();
+        drop(run()?);
+        let wall = start.elapsed().as_secs_f64();
+        work = device.take_counters().into();
+        if round > 0 {
+            walls.push(wall);
+        }
+    }
+    Ok((median(walls), work))
 }
 
 /// Returns the median over rounds of each name's sum within a round, in the order of first appearance.
@@ -311,7 +366,7 @@ mod tests {
     use ldi_ops::mesh::ClosedMesh;
 
     fn time(stage: &'static str, seconds: f64) -> StageTime {
-        StageTime { stage, seconds }
+        StageTime { stage, begin: 0.0, seconds }
     }
 
     #[test]
@@ -338,8 +393,6 @@ mod tests {
             crossings: 0,
             crossed_rays: 0,
             crossed_words: 0,
-            tiles: 0,
-            binned: 0,
             samples: 0,
         };
         let mut case = Case {
@@ -348,6 +401,10 @@ mod tests {
             sizes: [size; 3],
             layers: [2; 3],
             wall: 20.0,
+            span: 0.0,
+            images: Work::default(),
+            sums_wall: 10.0,
+            sums: Work::default(),
             stages,
             published_milliseconds: 1.0,
         };

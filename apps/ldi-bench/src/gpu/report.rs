@@ -9,10 +9,10 @@ use crate::table::{Table, count, number};
 /// Stages that share a column of the table by model; the others are the rest.
 const GROUPS: [(&str, &[&str]); 5] = [
     ("clear", &["clear"]),
-    ("geometry 1", &["masks", "count", "bin", "fill bins"]),
-    ("classify / sort, resolve / tiles", &["classify", "sort", "resolve", "tiles"]),
+    ("masks / cover", &["masks", "cover"]),
+    ("classify / sort, resolve", &["classify", "sort", "resolve"]),
     ("scan", &["scan"]),
-    ("geometry 2", &["retrieve", "scatter"]),
+    ("retrieve / place", &["retrieve", "place"]),
 ];
 
 /// Prints the command, the device and its bandwidth.
@@ -64,7 +64,9 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
         "rest",
         "whole ms",
         READ_BACK,
+        "span",
         "wall",
+        "wall of sums",
         "GTX 580 (2013)",
         "that / whole",
         "MB",
@@ -92,7 +94,9 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
             milliseconds(&|stage| !is_grouped(stage) && stage.name != READ_BACK),
             number(1e3 * whole),
             milliseconds(&|stage| stage.name == READ_BACK),
+            if case.span > 0.0 { number(1e3 * case.span) } else { number(f64::NAN) },
             number(1e3 * case.wall),
+            number(1e3 * case.sums_wall),
             number(case.published_milliseconds),
             format!("{} ×", number(1e-3 * case.published_milliseconds / whole)),
             number(1e-6 * moved.bytes as f64),
@@ -105,7 +109,8 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
     println!("#### By model\n\n{}", table.markdown());
     println!(
         "Three directions, LOD-C {LOD}; milliseconds are medians by the device's own clock. The whole is all stages but \
-         what is read back to the host. Solids are of the kinds and sizes of those that Leung and Wang timed, not the same; \
+         what is read back to the host; the span is from the beginning of the first to the end of the last. Wall times, of \
+         the images and of the sums over them, are those of a program that times no stage. Solids are of the kinds and sizes of those that Leung and Wang timed, not the same; \
          their GTX 580 had 192 GB/s. MB and M atomics are those that must be moved (`gpu/account.rs`), at least; of copying \
          is their rate over that of copies.\n"
     );
@@ -114,6 +119,31 @@ pub fn print_wholes(cases: &[Case], bandwidth: f64) {
     if !untimed.is_empty() {
         println!("Not timed by this adapter: {}.\n", untimed.join(", "));
     }
+}
+
+/// Prints what the device was given to do, by model.
+pub fn print_work(cases: &[Case]) {
+    let heads =
+        ["model", "image", "result", "dispatches", "submissions", "MB uploaded", "MB read back", "MB of the result"];
+    let mut table = Table::new(&heads);
+    for case in cases {
+        let read_back = case.stages.iter().find(|stage| stage.name == READ_BACK);
+        let of_images = read_back.map_or(0, |stage| stage.moved.bytes);
+        for (result, work, bytes) in [("images", case.images, of_images), ("sums", case.sums, case.sums.read_back)] {
+            table.row(vec![
+                case.model.to_owned(),
+                case.way.to_owned(),
+                result.to_owned(),
+                count(work.dispatches),
+                count(work.submissions),
+                number(1e-6 * work.uploaded as f64),
+                number(1e-6 * work.read_back as f64),
+                number(1e-6 * bytes as f64),
+            ]);
+        }
+    }
+    println!("#### Work of three directions\n\n{}", table.markdown());
+    println!("The host waits once for each submission. The geometry is on the device after the first call.\n");
 }
 
 /// Prints the table by stage, over all models.
