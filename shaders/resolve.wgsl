@@ -149,8 +149,8 @@ fn resolve_ray(ray: u32, band: u32) {
 @compute @workgroup_size(WORKGROUP)
 fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
            @builtin(local_invocation_index) lane: u32) {
-    let ray = invocation_index(group, groups, lane);
-    let first_of_group = ray - lane;
+    let first_of_group = workgroup_index(group, groups) * WORKGROUP;
+    let ray = first_of_group + lane;
     if first_of_group >= view.rays {
         return;
     }

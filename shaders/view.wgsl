@@ -1,4 +1,4 @@
-// What a job sees: a raster, and bands of rays of it along one axis or more. Rays are numbered through all bands; those of each
+// The input of a job: a raster, and bands of rays of it along one axis or more. Rays are numbered through all bands; those of each
 // begin with a multiple of WORKGROUP, so that the invocations of a workgroup have rays of one band.
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -26,7 +26,7 @@ fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a > 0li), -1, a < 0li);
 }
 
-// Returns a product, which must fit.
+// Returns a product modulo 2^64.
 fn wide_times(a: Wide, b: i32) -> Wide {
     return a * i64(b);
 }

@@ -47,7 +47,7 @@ fn wide_sign(a: Wide) -> i32 {
     return select(select(0, 1, a.high > 0 || a.low > 0u), -1, a.high < 0);
 }
 
-// Returns a product, which must fit.
+// Returns a product modulo 2^64.
 fn wide_times(a: Wide, b: i32) -> Wide {
     let product = wide_product(bitcast<i32>(a.low), b);
     // The low word counts as signed there; where its top bit is set, that is 2^32 times b too little.

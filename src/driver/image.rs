@@ -93,8 +93,15 @@ impl ImageMaker<'_> {
         image.map_err(Error::input)
     }
 
-    /// Returns the volume sums of the [`image`](Self::image) along each of some axes. The sampler computes them itself, together,
-    /// where it makes the whole images.
+    /// Returns whether the sampler sums the images along all axes itself, together.
+    pub fn sums_together(measurement: &Measurement, mode: Mode) -> bool {
+        match measurement {
+            Measurement::Boolean(Boolean { expression, .. }) => masked(expression, mode).is_some(),
+            Measurement::Volume | Measurement::Sample => true,
+        }
+    }
+
+    /// Returns the volume sums of the [`image`](Self::image) along each of some axes.
     pub fn volume_sums(
         &mut self,
         measurement: &Measurement,

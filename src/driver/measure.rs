@@ -516,11 +516,12 @@ fn sample_round<'b>(
             }
             volume_sums
         } else {
-            // All together, with the first.
             if sums.is_empty() {
-                sums = maker.volume_sums(&job.measurement, &lattice, &job.axes)?;
+                let together = ImageMaker::sums_together(&job.measurement, job.mode);
+                let axes = if together { &job.axes[..] } else { &job.axes[index..=index] };
+                sums = maker.volume_sums(&job.measurement, &lattice, axes)?;
             }
-            sums[index]
+            sums.remove(0)
         };
         volumes.push(AxisVolume::from_sums(&volume_sums));
         round.layers[axis.depth()] = Some(volume_sums.layers());

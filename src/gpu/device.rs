@@ -208,11 +208,12 @@ impl Device {
         let source = wgpu::ShaderSource::Wgsl(source.into());
         let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source };
         // SAFETY: all shaders are part of this library. Their indices are either those of an invocation, compared with
-        // the number of items before use, or read from buffers that other stages filled: vertices of triangles, which
-        // are checked where a mesh is made; rays within the clipped window of a band; offsets that are sums of counts,
-        // compared with the capacity of the lists before anything is written. Loops count up to such numbers, and
-        // divisors are sizes of images and voxels, which are not zero. The twins compare every stage with the CPU in
-        // buffers that are filled with a word before use.
+        // the number of items before use, or read from buffers that the host or other stages filled: vertices of
+        // triangles, each of which the host has looked up before it copies them; rays within the clipped window of a
+        // band, and nodes within the grid of spans that it was asked for; offsets that are sums of counts, compared with
+        // the capacity of the lists before anything is written. Loops count up to such numbers, and divisors are numbers
+        // of columns, which are not zero. The twins compare every stage with the CPU in buffers that are filled with a
+        // word before use.
         unsafe { self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
     }
 
@@ -235,6 +236,11 @@ impl Device {
     /// Keeps memory for the next result.
     pub(super) fn keep_staging(&self, staging: wgpu::Buffer) {
         *held(&self.staging) = Some(staging);
+    }
+
+    /// Drops the memory that is kept for results.
+    pub(crate) fn release_staging(&self) {
+        *held(&self.staging) = None;
     }
 
     /// Counts a submission.

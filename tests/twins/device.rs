@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ldi_ops::gpu::{Device, DeviceError, Needs};
 use ldi_ops::grid::{Axis, Grid};
-use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::gpu::{GpuOptions, GpuSampler, Route};
 use ldi_ops::sampler::{Estimate, FillRule, Mode, SampleError, Sampler};
@@ -62,7 +62,10 @@ fn each_route_runs_its_own_stage() {
 /// The account of `ldi-bench gpu`: three axes in one submission, and over the bus the geometry once and the result.
 #[test]
 fn three_axes_take_one_submission_and_move_the_result_alone() {
-    let ball = ClosedMesh::check(sphere(1.0, 64).unwrap()).unwrap();
+    // Of three sizes, of which only one is a whole number of pitches.
+    let mesh = sphere(1.0, 64).unwrap();
+    let positions = mesh.positions.iter().map(|&at| at * DVec3::new(1.0, 0.71, 0.33)).collect();
+    let ball = ClosedMesh::check(TriangleMesh { positions, ..mesh }).unwrap();
     let grid = Grid::with_resolution(ball.bounds(), 128, 1024).unwrap();
     let ball = grid.quantise(&ball).unwrap();
     let sampler = GpuSampler::open(&ADAPTER, GpuOptions::default()).unwrap();

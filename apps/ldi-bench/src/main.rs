@@ -156,7 +156,7 @@ enum Benchmark {
         /// Timed rounds of each sum after the warm-up; medians are printed
         #[arg(long, default_value_t = 5)]
         runs: usize,
-        /// GPU for culling, crossings and gap resolution, by its name or a part of it [default: the CPU]
+        /// GPU for crossings and gap resolution, by its name or a part of it [default: the CPU]
         #[arg(long, value_name = "NAME")]
         adapter: Option<String>,
         /// A Python that has apps/ldi-bench/peers/requirements.txt; without it ldi-ops runs alone

@@ -25,8 +25,9 @@ struct KeptBand {
     total: u64,
 }
 
-/// Crossings that one invocation of those that sort long lists is certain to take: the rounds of its loops, for each.
-const ROUNDS_PER_CROSSING: u32 = 16;
+/// Crossings of a list for each round of a loop that an adapter guarantees: an invocation of the workgroup that sorts them takes
+/// about two rounds for a crossing.
+const CROSSINGS_PER_ROUND: u32 = 8;
 
 impl Job<'_> {
     /// Finds the kept crossings of the only band, and reads them back.
@@ -40,7 +41,7 @@ impl Job<'_> {
             let counts = job.words("copies of crossings", *capacity)?;
             let places = job.words("places of crossings", capacity + 1)?;
             let offsets = job.words("offsets", rays + 1)?;
-            // Twice where a crossing is the end of two gaps; far fewer are, and the buffer need not have room for all.
+            // Twice where a crossing ends a gap and its ray; far fewer do, and the buffer need not have room for all.
             let room = (2 * capacity).min(job.sampler.largest_binding() / 4);
             let kept = job.words("kept crossings", room)?;
             let kept_triangles = job.words("kept triangles", if keeps_triangles { room } else { 1 })?;
@@ -62,7 +63,7 @@ impl Job<'_> {
         };
         let others = if keeps_triangles { 6 } else { 4 };
         let (offsets, found) = self.by_lists(others, record, |_, found, parts| (parts[0].to_vec(), *found))?;
-        self.sampler.device.admit_rounds(found.greatest / ROUNDS_PER_CROSSING)?;
+        self.sampler.device.admit_rounds(found.greatest / CROSSINGS_PER_ROUND)?;
         let count = u64::from(offsets[offsets.len() - 1]);
         let Some((buffers, room)) = kept_buffers else { unreachable!("lists were recorded") };
         if count > room {

@@ -5,7 +5,7 @@ use super::stages::{Flag, Flags};
 use super::view::{MOST_BANDS, words};
 use super::{GpuSampler, Route};
 use crate::gpu::{WORKGROUP, bytes_of};
-use crate::grid::{Axis, Closure, Grid, LatticeSolid};
+use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 use crate::sampler::layout::Window;
 use crate::sampler::lists::Keep;
 use crate::sampler::{Estimate, FillRule, Mode, SampleError, admit, region_of_both};
@@ -26,6 +26,8 @@ pub(super) struct Image {
     pub is_dense: bool,
     /// The windows leave out part of a solid.
     pub is_restricted: bool,
+    /// The share of the rays through each solid that is in the windows along the three axes.
+    pub shares: Vec<[f64; 3]>,
 }
 
 impl Image {
@@ -42,7 +44,8 @@ impl Image {
             counts_windings: solid.closure().is_oriented(),
             solids: 1,
             is_dense: mode == Mode::Exact && fill == FillRule::EvenOdd && solid.closure() != Closure::Open,
-            is_restricted: solid.region() != solid.bounds(),
+            is_restricted: solid.region().intersection(solid.bounds()) != *solid.bounds(),
+            shares: vec![shares(&grid, solid.bounds(), solid.region())],
         })
     }
 
@@ -77,6 +80,7 @@ impl Image {
             solids: 2,
             is_dense: false,
             is_restricted: true,
+            shares: [a, b].map(|solid| shares(&grid, solid.bounds(), &region)).to_vec(),
         })
     }
 
@@ -128,8 +132,9 @@ impl Image {
         let options = &sampler.options;
         let mask = bytes_of(u64::from(words(&self.grid)));
         let masks = 1 + 2 * self.solids as u64;
-        // Rays are counted in whole workgroups where they are more than one.
-        let whole = |rays: u64| if rays < WORKGROUP.into() { rays.min(1) } else { rays };
+        // Rays fill whole workgroups; where fewer fit, a single one still takes the masks of a workgroup.
+        let workgroup = u64::from(WORKGROUP);
+        let whole = |rays: u64| if rays < workgroup { rays.min(1) } else { rays - rays % workgroup };
         let rays = whole((sampler.largest_binding() / mask).min(options.memory / (masks * mask)));
         let most_rays = rays.min(u64::from(options.band_rays)) as u32;
         (most_rays > 0).then_some(Way { route: Route::Masks, most_rays })
@@ -147,6 +152,16 @@ impl Image {
         let cut = |band: &Band| cut(band.axis, band.counted_rows(), band.columns().len() as u32, way.most_rays);
         whole.iter().flat_map(cut).map(|band| vec![band]).collect()
     }
+}
+
+/// Returns the shares of the rays through a box along the three axes that go through a region of it, too.
+fn shares(grid: &Grid, bounds: &LatticeBox, region: &LatticeBox) -> [f64; 3] {
+    let rays = |of: &LatticeBox, axis: Axis| {
+        let window = Window::new(grid, of, axis);
+        window.columns.len() as f64 * window.rows.len() as f64
+    };
+    let seen = region.intersection(bounds);
+    Axis::ALL.map(|axis| rays(&seen, axis) / rays(bounds, axis).max(1.0))
 }
 
 /// A route, and the most rays of a job.

@@ -20,7 +20,7 @@ pub(super) struct Job<'a> {
     pub image: &'a Image,
     pub route: Route,
     pub bands: &'a [Band],
-    /// What its shaders see, without the sizes of lists.
+    /// The input of its shaders, without the sizes of lists.
     pub view: View,
 }
 
@@ -44,7 +44,8 @@ impl From<DeviceError> for JobError {
 impl JobError {
     /// Returns whether a smaller job may succeed.
     pub fn has_way_out(&self) -> bool {
-        matches!(self, JobError::TooLarge { .. } | JobError::Device(DeviceError::OutOfMemory { .. }))
+        use DeviceError::{OutOfMemory, TooLarge};
+        matches!(self, JobError::TooLarge { .. } | JobError::Device(TooLarge { .. } | OutOfMemory { .. }))
     }
 }
 
@@ -199,7 +200,7 @@ impl Job<'_> {
     }
 
     /// Writes the exclusive prefix sum of counts into `starts`, and their sum after the last; `view` has their number and the
-    /// capacity of the lists. Returns the buffer with what was found, if `found` was not given.
+    /// capacity of the lists.
     pub fn scan(
         &mut self,
         recorder: &mut Recorder,

@@ -46,10 +46,12 @@ impl Job<'_> {
             let (bytes, limit) = (bytes_of(expected.min(1e18) as u64), bytes_of(most));
             return Err(JobError::TooLarge { what: "crossings", bytes, limit });
         }
-        let likely = (expected * (1.0 + SLACK.0) + SLACK.1) as u64;
         let axes = self.whole_axes();
-        let before = axes.map_or(0, |axes| self.solids[0].found(axes));
-        let mut capacity = likely.max(before).min(most);
+        let mut capacity = match axes.map_or(0, |axes| self.solids[0].found(axes)) {
+            0 => ((expected * (1.0 + SLACK.0) + SLACK.1) as u64).min(most),
+            found => found,
+        };
+        self.admit("crossings", capacity, buffers)?;
         loop {
             let mut recorder = Recorder::new(device);
             let (lists, found) = self.record_lists(&mut recorder, capacity)?;
@@ -74,15 +76,17 @@ impl Job<'_> {
     fn expected(&self) -> f64 {
         let of_band = |band: &Band| {
             let share = f64::from(band.rays()) / f64::from(self.image.whole(band.axis).rays().max(1));
-            let areas: f64 = self.solids.iter().map(|solid| solid.areas[band.axis.depth()]).sum();
-            share * areas
+            let axis = band.axis.depth();
+            let areas =
+                self.solids.iter().zip(&self.image.shares).map(|(solid, shares)| solid.areas[axis] * shares[axis]);
+            share * areas.sum::<f64>()
         };
         self.bands.iter().map(of_band).sum()
     }
 
     /// Returns the axes, a bit for each, of a job that makes whole images of one solid.
     fn whole_axes(&self) -> Option<usize> {
-        let are_whole = self.bands.iter().all(|band| *band == self.image.whole(band.axis));
+        let are_whole = self.bands.iter().all(|band| *band == self.image.whole(band.axis)) && !self.image.is_restricted;
         (are_whole && self.solids.len() == 1).then(|| self.bands.iter().map(|band| 1 << band.axis.depth()).sum())
     }
 
@@ -119,7 +123,7 @@ impl Job<'_> {
             (8, &crossed),
         ];
         self.run(recorder, &PLACE, &view, &bound, workgroups(capacity as u32))?;
-        // What was found is in its place, which leaves room to merge long lists.
+        // The crossings are in their places, which leaves room to merge long lists.
         let bound = [
             (1, &starts),
             (2, &crossings),

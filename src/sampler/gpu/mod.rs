@@ -5,7 +5,8 @@
 //! → `sort` (long lists) → `resolve`, or of two solids `sort` and `meet` → where samples leave the device `scan` → `compact`; of
 //! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those. The images along all
 //! three axes are made in one recording, each triangle is read once, and the host waits once: there is room for as many
-//! crossings as the areas of the triangles make likely, and if there are more, the recording is made again.
+//! crossings as the areas of the triangles make likely, and if there are more, the recording is made again. Where only part of a
+//! solid is looked at, the host waits for the number of samples, and then for the samples.
 //! **Masks**, the paper's method, for estimates under the even-odd rule: `masks` (the first geometry pass) → `classify` →
 //! `scan` → `identities` → `retrieve` (the second), one band a recording. The stages are WGSL files in `shaders/`, named like
 //! their counterparts in [`super::cpu`].
@@ -176,6 +177,7 @@ impl GpuSampler {
 
     /// Makes images along some axes.
     fn images(&self, solids: &[&LatticeSolid], image: &Image, axes: &[Axis]) -> Result<Vec<Ldi>, SampleError> {
+        assert!(are_different(axes), "{axes:?} has an axis twice");
         let no_windings = image.counts_windings.then(Windings::default);
         let mut builders = Vec::new();
         for &axis in axes {
@@ -252,6 +254,7 @@ impl GpuSampler {
             let Some(smaller) = smaller.filter(|_| error.has_way_out()) else { return Err(self.refused(error)) };
             if matches!(error, JobError::Device(_)) {
                 pool.release();
+                self.device.release_staging();
             }
             jobs.extend(smaller.into_iter().rev().map(|band| vec![band]));
         }
@@ -276,6 +279,11 @@ impl GpuSampler {
             |solid: &&LatticeSolid| residents.get(&self.device, solid, self.largest_binding(), self.options.memory);
         solids.iter().map(resident).collect()
     }
+}
+
+/// Returns whether each of some axes is among them once.
+fn are_different(axes: &[Axis]) -> bool {
+    axes.iter().enumerate().all(|(i, axis)| !axes[..i].contains(axis))
 }
 
 /// Returns the only one of some results, of one axis.

@@ -36,7 +36,7 @@ pub struct ResidentSolid {
     pub bytes: u64,
     /// The crossings that the projected areas of its triangles make likely along each axis.
     pub areas: [f64; 3],
-    /// The most crossings found so far by jobs of whole images of this solid alone, by the set of their axes.
+    /// The number of crossings of jobs of whole images of this solid alone, by the set of their axes; zero where it is unknown.
     found: Mutex<[u64; 8]>,
 }
 
@@ -87,15 +87,14 @@ impl ResidentSolid {
         Ok(ResidentSolid { bytes: chunks.iter().map(bytes).sum(), chunks, areas, found: Mutex::default() })
     }
 
-    /// Returns the most crossings that were found along a set of axes, a bit for each.
+    /// Returns the number of crossings that were found along a set of axes, a bit for each; zero if none were made.
     pub fn found(&self, axes: usize) -> u64 {
         held(&self.found)[axes]
     }
 
     /// Remembers how many there were.
     pub fn remember(&self, axes: usize, found: u64) {
-        let most = &mut held(&self.found)[axes];
-        *most = found.max(*most);
+        held(&self.found)[axes] = found;
     }
 }
 
@@ -150,10 +149,15 @@ impl Seen {
             let slopes = normal[column] * reach[column] + normal[row] * reach[row];
             let is_hard = is_hard(slopes, normal[depth]);
             let is_large = columns.len() as u64 * rows.len() as u64 > SMALL_BOX;
-            if normal[depth] == 0.0 || columns.is_empty() || rows.is_empty() || !(is_hard || is_large) {
+            let is_crossed = normal[depth] != 0.0 && !columns.is_empty() && !rows.is_empty();
+            if is_crossed && !(is_hard || is_large) {
                 continue;
             }
+            // One that no ray crosses has no rows to be covered.
             triangle[depth] |= 1 << 31;
+            if !is_crossed {
+                continue;
+            }
             let blocks = rows.step_by(BLOCK_ROWS as usize).map(|row| [index, (row as u32) << 2 | depth as u32]);
             if is_hard { &mut self.hard_blocks } else { &mut self.blocks }.extend(blocks);
         }
@@ -166,7 +170,7 @@ impl Seen {
 /// roundings of slopes, products and their sum are below 2^-19 of it.
 fn is_hard(slopes: f64, by_depth: f64) -> bool {
     let doubt_times_depth = slopes / f64::from(1 << 19) + 2.0 * by_depth;
-    // The correction of a doubt of 2^17 is right to an eighth.
+    // The correction of a doubt of 2^17 is right to a sixth.
     doubt_times_depth > f64::from(1 << 17) * by_depth || doubt_times_depth > (1u64 << 60) as f64
 }
 
@@ -181,7 +185,8 @@ fn upload_blocks(
     are_hard: bool,
     largest: u64,
 ) -> Result<Vec<Blocks>, DeviceError> {
-    let at_once = (largest / BLOCK_BYTES).max(1) as usize;
+    // One invocation for each row is counted in 32 bits.
+    let at_once = (largest / BLOCK_BYTES).clamp(1, u64::from(u32::MAX / BLOCK_ROWS)) as usize;
     let upload = |blocks: &[[u32; 2]]| {
         let buffer = device.upload("blocks of rows", bytemuck::cast_slice(blocks))?;
         Ok(Blocks { buffer, count: blocks.len() as u32, are_hard })

@@ -6,7 +6,7 @@ use super::job::{DeviceImage, Job, JobError};
 use super::lists::Lists;
 use super::stages::VOLUME_SUMS;
 use super::view::{Found, LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, TOTALS_WORDS, Tally, wide};
-use super::{GpuSampler, Route};
+use super::{GpuSampler, Route, are_different};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{RaySums, VolumeSums, Windings};
@@ -103,6 +103,7 @@ impl GpuSampler {
         image: &Image,
         axes: &[Axis],
     ) -> Result<Vec<VolumeSums>, SampleError> {
+        assert!(are_different(axes), "{axes:?} has an axis twice");
         let mut sums = [(); 3].map(|()| BandSums::default());
         let take = |band: &Band, part: BandSums| {
             let sum = &mut sums[band.axis.depth()];
@@ -149,7 +150,7 @@ fn sum_jobs(image: &Image, axes: &[Axis], way: Way) -> Option<Vec<Vec<Band>>> {
         if at_once == 0 && !rows.is_empty() {
             return None;
         }
-        let part = |first: u32| vec![counted(image, axis, first..rows.end.min(first + at_once))];
+        let part = |first: u32| vec![counted(image, axis, first..rows.end.min(first.saturating_add(at_once)))];
         jobs.extend(rows.clone().step_by(at_once.max(1) as usize).map(part));
     }
     Some(jobs)

@@ -23,7 +23,7 @@ const WORD_BITS: u32 = 32;
 /// Invocations of a workgroup of all stages that count windings.
 const WORKGROUP: u64 = 64;
 
-/// Counters to which every workgroup of such a stage adds.
+/// Counters to which every workgroup of such a stage adds, unless it has met no crossing.
 const TALLIES: u64 = 4;
 
 /// Words of the tally that is read back to the host.
@@ -189,8 +189,8 @@ pub struct Moved {
     pub bytes: u64,
     /// Atomic operations spread over a buffer.
     pub atomics: u64,
-    /// Atomic operations of all workgroups on the same few words, which are serialised. Workgroups that take blocks of large
-    /// triangles add to them; only the device knows their number.
+    /// Atomic operations of all workgroups on the same few words, which are serialised; those of rows of large triangles are left
+    /// out.
     pub contended: u64,
 }
 

@@ -97,7 +97,7 @@ struct Case {
     wall: f64,
     /// Time on the device from the first stage to the last; zero if the adapter does not time them.
     span: f64,
-    /// What the images took.
+    /// The work of the device for the images.
     images: Work,
     /// Wall-clock time of the sums over all three images, and what they took.
     sums_wall: f64,
@@ -106,7 +106,7 @@ struct Case {
     published_milliseconds: f64,
 }
 
-/// What the device was given to do.
+/// The work that the device was given.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 struct Work {
     dispatches: u64,
@@ -371,7 +371,7 @@ mod tests {
 
     #[test]
     fn medians_are_of_the_sums_of_rounds() {
-        let round = |a: f64, b: f64| vec![time("masks", a), time("plan", 0.5), time("masks", b)];
+        let round = |a: f64, b: f64| vec![time("masks", a), time("scan", 0.5), time("masks", b)];
         let rounds = [round(1.0, 2.0), round(5.0, 5.0), round(0.0, 4.0)];
         assert_eq!(medians_by_name(&rounds), [("masks", 4.0), ("plan", 0.5)]);
         assert_eq!(medians_by_name(&[Vec::new(), Vec::new()]), []);
@@ -381,10 +381,10 @@ mod tests {
     fn dispatches_meet_the_account_of_their_stage() {
         let moved = Moved { bytes: 10, atomics: 2, contended: 1 };
         let account = vec![("masks", moved), (READ_BACK, moved)];
-        let times = [("masks", 1.0), ("plan", 0.25), ("masks (large triangles)", 2.0), (READ_BACK, 8.0)];
+        let times = [("masks", 1.0), ("identities", 0.25), ("masks (rows)", 2.0), (READ_BACK, 8.0)];
         let stages = stages(&[account.clone(), account], &times);
         let told: Vec<_> = stages.iter().map(|stage| (stage.name, stage.seconds(), stage.moved.bytes)).collect();
-        assert_eq!(told, [("masks", 3.0, 20), (READ_BACK, 8.0, 20), ("plan", 0.25, 0)]);
+        assert_eq!(told, [("masks", 3.0, 20), (READ_BACK, 8.0, 20), ("identities", 0.25, 0)]);
         let size = Size {
             triangles: 0,
             positions: 0,

@@ -148,7 +148,8 @@ pub fn print_work(cases: &[Case]) {
 
 /// Prints the table by stage, over all models.
 pub fn print_stages(cases: &[Case], bandwidth: f64) {
-    let heads = ["image", "stage", "ms", "large triangles ms", "of the whole", "MB", "M atomics", "M on few words"];
+    let heads =
+        ["image", "stage", "ms", "rows of larger triangles ms", "of the whole", "MB", "M atomics", "M on few words"];
     let heads = heads.into_iter().chain(["GB/s", "of copying", "time / its bytes copied"]);
     let mut table = Table::new(&heads.collect::<Vec<_>>());
     for way in WAYS {
@@ -164,7 +165,7 @@ pub fn print_stages(cases: &[Case], bandwidth: f64) {
             let (mut seconds, mut large, mut moved) = (0.0, 0.0, Moved::default());
             for stage in cases.iter().flat_map(|case| &case.stages).filter(|stage| stage.name == name) {
                 seconds += stage.seconds();
-                let is_large = |dispatch: &&(&str, f64)| dispatch.0.ends_with("(large triangles)");
+                let is_large = |dispatch: &&(&str, f64)| dispatch.0.ends_with("(rows)");
                 large += stage.dispatches.iter().filter(is_large).map(|(_, seconds)| seconds).sum::<f64>();
                 moved += stage.moved;
             }
