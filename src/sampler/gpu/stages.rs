@@ -385,7 +385,7 @@ mod tests {
 
     /// Returns every variant of a stage, in either arithmetic.
     fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {
-        let sets = (0..1u8 << ALL_FLAGS.len()).map(Flags).filter(|flags| flags.among(stage.flags) == *flags);
+        let sets = (0..=u8::MAX >> (u8::BITS as usize - ALL_FLAGS.len())).map(Flags).filter(|flags| flags.among(stage.flags) == *flags);
         sets.flat_map(move |flags| {
             [Arithmetic::Native, Arithmetic::Pairs].map(|arithmetic| {
                 let source = stage.source(flags, arithmetic);
