@@ -6,7 +6,7 @@
 @group(0) @binding(2) var<storage, read_write> any_in: array<u32>;
 @group(0) @binding(3) var<storage, read_write> ranks: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
+@group(0) @binding(5) var<storage, read_write> tallies: array<Tally>;
 @group(0) @binding(6) var<storage, read_write> change_b: array<u32>;
 @group(0) @binding(7) var<storage, read_write> any_b: array<u32>;
 

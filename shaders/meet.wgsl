@@ -6,7 +6,7 @@
 @group(0) @binding(2) var<storage, read> crossings: array<u32>;
 @group(0) @binding(3) var<storage, read_write> loose: array<u32>;
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
+@group(0) @binding(5) var<storage, read_write> tallies: array<Tally>;
 
 // Returns the least and the greatest depth of the crossings, in a voxel, of each solid that is touched there.
 fn span_of(a: Voxel, b: Voxel) -> vec2<i32> {

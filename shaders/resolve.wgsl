@@ -1,9 +1,9 @@
-// Sorts the crossings of each ray, and turns them into its samples, one invocation per ray; the twin of `exact.rs`, and of
+// Sorts the crossings of each ray with one solid, and turns them into its samples, one invocation per ray; the twin of `exact.rs`, and of
 // masks, classes and retrieval where those are not made. Samples replace the crossings that they come from, which are never
 // fewer; `compact.wgsl` closes the gaps.
 
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
+@group(0) @binding(5) var<storage, read_write> tallies: array<Tally>;
 
 var<private> next_sample: u32;
 var<private> counts_ray: bool;
@@ -117,17 +117,18 @@ fn resolve_estimate(first: u32, end: u32, band: u32) {
 }
 
 fn resolve_ray(ray: u32, band: u32) {
-    let first = starts[ray];
-    let end = starts[ray + 1u];
+    let list = view.first_list + ray;
+    let first = starts[list];
+    let end = starts[list + 1u];
     sort_list(first, end);
     if !closes(first, end) {
-        counts[ray] = UNCLOSED;
+        counts[list] = UNCLOSED;
         tell_unclosed(ray, band);
         return;
     }
     if EXACT && !NON_ZERO {
         resolve_even_odd(first, end);
-        counts[ray] = end - first;
+        counts[list] = end - first;
         if !is_counted(ray, band) {
             wound = vec2(0u);
             unpaired = vec2(0u);
@@ -143,7 +144,7 @@ fn resolve_ray(ray: u32, band: u32) {
     } else {
         resolve_estimate(first, end, band);
     }
-    counts[ray] = next_sample - first;
+    counts[list] = next_sample - first;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -155,8 +156,9 @@ fn resolve(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) gro
         return;
     }
     // Most rays of a scaffold's image miss it.
-    if starts[first_of_group] == starts[first_of_group + WORKGROUP] {
-        counts[ray] = 0u;
+    let first_list = view.first_list + first_of_group;
+    if starts[first_list] == starts[first_list + WORKGROUP] {
+        counts[view.first_list + ray] = 0u;
         return;
     }
     clear_tally(lane);

@@ -6,7 +6,7 @@
 @group(0) @binding(6) var<storage, read> ranks: array<u32>;
 @group(0) @binding(7) var<storage, read> starts: array<u32>;
 @group(0) @binding(8) var<storage, read_write> samples: array<atomic<i32>>;
-@group(0) @binding(9) var<storage, read_write> tallies: array<Tally, MOST_BANDS>;
+@group(0) @binding(9) var<storage, read_write> tallies: array<Tally>;
 
 const NEEDS_DEPTH = true;
 

@@ -58,25 +58,26 @@ fn add_to_tally(lane: u32, band: u32) {
     }
     workgroupBarrier();
     if lane == 0u {
+        let tally = view.bands[band].tally;
         let wound_sum = vec2(atomicLoad(&group_wound_low), atomicLoad(&group_wound_high));
         let unpaired_sum = vec2(atomicLoad(&group_unpaired_low), atomicLoad(&group_unpaired_high));
         if any(wound_sum != vec2(0u)) {
-            let before = atomicAdd(&tallies[band].wound_low, wound_sum.x);
-            atomicAdd(&tallies[band].wound_high, wound_sum.y + carry(before, wound_sum.x));
+            let before = atomicAdd(&tallies[tally].wound_low, wound_sum.x);
+            atomicAdd(&tallies[tally].wound_high, wound_sum.y + carry(before, wound_sum.x));
         }
         if any(unpaired_sum != vec2(0u)) {
-            let before = atomicAdd(&tallies[band].unpaired_low, unpaired_sum.x);
-            atomicAdd(&tallies[band].unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
+            let before = atomicAdd(&tallies[tally].unpaired_low, unpaired_sum.x);
+            atomicAdd(&tallies[tally].unpaired_high, unpaired_sum.y + carry(before, unpaired_sum.x));
         }
         // The sum of one workgroup fits 32 bits; that of a band with many crossings in each voxel does not.
         let aligned_sum = wide_term(vec2(0u), atomicLoad(&group_aligned));
         if any(aligned_sum != vec2(0u)) {
-            let before = atomicAdd(&tallies[band].aligned_low, aligned_sum.x);
-            atomicAdd(&tallies[band].aligned_high, aligned_sum.y + carry(before, aligned_sum.x));
+            let before = atomicAdd(&tallies[tally].aligned_low, aligned_sum.x);
+            atomicAdd(&tallies[tally].aligned_high, aligned_sum.y + carry(before, aligned_sum.x));
         }
         let changes_sum = atomicLoad(&group_changes);
         if changes_sum != 0u {
-            atomicAdd(&tallies[band].changes, changes_sum);
+            atomicAdd(&tallies[tally].changes, changes_sum);
         }
     }
 }

@@ -36,7 +36,7 @@ pub struct Plan {
 }
 
 /// Most leaves whose states are tabulated; the table then stays in the first-level cache.
-const TABLE_LEAVES: usize = 12;
+pub(crate) const TABLE_LEAVES: usize = 12;
 
 /// Most steps to fill a table: states times the steps of each.
 const TABLE_STEPS: usize = 1 << 24;
@@ -75,6 +75,12 @@ impl Plan {
     /// Returns the images that are needed, by input and then that of the mode of the result first.
     pub fn leaves(&self) -> &[Leaf] {
         &self.leaves
+    }
+
+    /// Returns the result in every state of the leaves, bit by bit: bit `s` where the leaves inside are the bits of `s`. `None`
+    /// where there are more than [`TABLE_LEAVES`], or the expression is long.
+    pub(crate) fn table(&self) -> Option<&[u64]> {
+        self.table.as_deref()
     }
 }
 

@@ -6,11 +6,12 @@ use std::fmt;
 use super::device::Gpu;
 use super::gpu;
 use super::job::Backend;
+use crate::boolean::Plan;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler};
 use crate::{Error, Warning};
 
 /// Triangles and expected crossings per CPU thread from which `auto` looks for a GPU.
@@ -251,6 +252,30 @@ impl Sampler for WithCpu {
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
         self.run(|sampler| sampler.volume_sums_along(solid, axes, mode, fill))
+    }
+
+    fn evaluates(&self, plan: &Plan) -> bool {
+        self.fault.get().is_none() && self.gpu.sampler.evaluates(plan)
+    }
+
+    fn sample_expression(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axis: Axis,
+        fill: FillRule,
+    ) -> Result<Evaluated<Ldi>, SampleError> {
+        self.run(|sampler| sampler.sample_expression(plan, solids, axis, fill))
+    }
+
+    fn expression_sums_along(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axes: &[Axis],
+        fill: FillRule,
+    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
+        self.run(|sampler| sampler.expression_sums_along(plan, solids, axes, fill))
     }
 }
 

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::boolean::{Expression, Leaf, Operand, Plan};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums, Windings};
-use crate::sampler::{Estimate, FillRule, MaskIntersection, Mode, SampleError};
+use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError};
 
 /// A maker of images along one axis, which also records times and the agreement of the fill rules.
 pub struct ImageMaker<'a> {
@@ -94,9 +94,11 @@ impl ImageMaker<'_> {
     }
 
     /// Returns whether the sampler sums the images along all axes itself, together.
-    pub fn sums_together(measurement: &Measurement, mode: Mode) -> bool {
+    pub fn sums_together(&self, measurement: &Measurement) -> bool {
         match measurement {
-            Measurement::Boolean(Boolean { expression, .. }) => masked(expression, mode).is_some(),
+            Measurement::Boolean(Boolean { expression, .. }) => {
+                masked(expression, self.mode).is_some() || self.sampler.evaluates(&Plan::new(expression, self.mode))
+            }
             Measurement::Volume | Measurement::Sample => true,
         }
     }
@@ -118,6 +120,12 @@ impl ImageMaker<'_> {
             let solids = [&solids[a], &solids[b]];
             return self.timed(|maker| maker.sampler.intersection_sums_along(solids, axes, estimate, maker.fill));
         }
+        let plan = Plan::new(expression, mode);
+        if self.sampler.evaluates(&plan) {
+            let solids: Vec<&LatticeSolid> = solids.iter().collect();
+            let made = self.timed(|maker| maker.sampler.expression_sums_along(&plan, &solids, axes, maker.fill))?;
+            return Ok(made.into_iter().map(|made| self.evaluated(&plan, made)).collect());
+        }
         let along = |&axis: &Axis| {
             self.axis = axis;
             let image = self.sweep(expression, solids)?;
@@ -133,6 +141,11 @@ impl ImageMaker<'_> {
     /// together.
     fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let plan = Plan::new(expression, self.mode);
+        if self.triangles == Triangles::NotWanted && self.sampler.evaluates(&plan) {
+            let solids: Vec<&LatticeSolid> = solids.iter().collect();
+            let made = self.timed(|maker| maker.sampler.sample_expression(&plan, &solids, maker.axis, maker.fill))?;
+            return Ok(self.evaluated(&plan, made));
+        }
         let leaves = plan.leaves().iter().map(|leaf| self.sample(&solids[leaf.input], leaf.input, leaf.mode));
         let leaves = leaves.collect::<Result<Vec<Ldi>, Error>>()?;
         let start = Instant::now();
@@ -141,6 +154,14 @@ impl ImageMaker<'_> {
         let image = plan.sweep(&leaves.iter().zip(plan.leaves()).map(operand).collect::<Vec<_>>())?;
         self.seconds.operate += start.elapsed().as_secs_f64();
         Ok(image)
+    }
+
+    /// Returns what a sampler made of an expression, and records what it tells of the inputs.
+    fn evaluated<T>(&mut self, plan: &Plan, made: Evaluated<T>) -> T {
+        for (leaf, windings) in plan.leaves().iter().zip(made.windings) {
+            self.record_windings(leaf.input, windings);
+        }
+        made.result
     }
 
     /// Runs the sampler and adds its time to the sampling time.

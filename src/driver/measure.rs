@@ -517,8 +517,7 @@ fn sample_round<'b>(
             volume_sums
         } else {
             if sums.is_empty() {
-                let together = ImageMaker::sums_together(&job.measurement, job.mode);
-                let axes = if together { &job.axes[..] } else { &job.axes[index..=index] };
+                let axes = if maker.sums_together(&job.measurement) { &job.axes[..] } else { &job.axes[index..=index] };
                 sums = maker.volume_sums(&job.measurement, &lattice, axes)?;
             }
             sums.remove(0)

@@ -56,4 +56,20 @@ impl Window {
         let range = |i: usize| pixels.index_from(region.min[i])..pixels.index_from(region.max[i]);
         Window { columns: range(axis.column()), rows: range(axis.row()) }
     }
+
+    /// Returns the least window with the rays of both.
+    pub fn around(self, other: Window) -> Window {
+        if self.is_empty() {
+            return other;
+        }
+        if other.is_empty() {
+            return self;
+        }
+        let around = |a: Range<i32>, b: Range<i32>| a.start.min(b.start)..a.end.max(b.end);
+        Window { columns: around(self.columns, other.columns), rows: around(self.rows, other.rows) }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.columns.is_empty() || self.rows.is_empty()
+    }
 }

@@ -87,10 +87,11 @@ pub(crate) mod lists;
 #[doc(hidden)]
 pub mod stages;
 
+use crate::boolean::{BooleanError, Leaf, Operand, Plan};
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 pub use crate::ldi::{Estimate, FillRule, Mode};
-use crate::ldi::{Ldi, TooManySamples, VolumeSums};
+use crate::ldi::{Ldi, TooManySamples, VolumeSums, Windings};
 
 /// The reason why an image could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -115,7 +116,16 @@ pub enum SampleError {
     TooManySamples(#[from] TooManySamples),
 }
 
-/// Makes layered depth images of one solid. Every implementation returns the same bits, those of the contract in this module's
+/// The result of an expression, and what the images of its leaves tell of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluated<T> {
+    /// The image, or its sums.
+    pub result: T,
+    /// The winding sums of the image of each leaf of the plan, as [`Ldi::windings`] gives them.
+    pub windings: Vec<Option<Windings>>,
+}
+
+/// Makes layered depth images of solids. Every implementation returns the same bits, those of the contract in this module's
 /// docs.
 pub trait Sampler {
     /// Returns the image of a solid along `axis`.
@@ -156,6 +166,79 @@ pub trait Sampler {
     ) -> Result<Vec<VolumeSums>, SampleError> {
         axes.iter().map(|&axis| self.volume_sums(solid, axis, mode, fill)).collect()
     }
+
+    /// Returns whether a device evaluates the expression of a plan itself, so that the images of its leaves need not leave it.
+    fn evaluates(&self, _plan: &Plan) -> bool {
+        false
+    }
+
+    /// Returns the image of an expression of some solids, without triangles: [`Plan::sweep`] of the image of each leaf.
+    ///
+    /// # Panics
+    /// If the plan has an input for which there is no solid.
+    fn sample_expression(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axis: Axis,
+        fill: FillRule,
+    ) -> Result<Evaluated<Ldi>, SampleError> {
+        by_images(self, plan, solids, axis, fill)
+    }
+
+    /// Returns the sums over the images of [`sample_expression`](Self::sample_expression) along several axes, each once, which a
+    /// device makes together.
+    ///
+    /// # Panics
+    /// If the plan has an input for which there is no solid.
+    fn expression_sums_along(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axes: &[Axis],
+        fill: FillRule,
+    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
+        sums_by_images(self, plan, solids, axes, fill)
+    }
+}
+
+/// Returns the solid of each leaf of a plan.
+pub(crate) fn leaves_of<'s, 'm>(plan: &Plan, solids: &[&'s LatticeSolid<'m>]) -> Vec<&'s LatticeSolid<'m>> {
+    plan.leaves().iter().map(|leaf| solids[leaf.input]).collect()
+}
+
+/// Evaluates an expression by the images of its leaves.
+fn by_images(
+    sampler: &(impl Sampler + ?Sized),
+    plan: &Plan,
+    solids: &[&LatticeSolid],
+    axis: Axis,
+    fill: FillRule,
+) -> Result<Evaluated<Ldi>, SampleError> {
+    let leaves = leaves_of(plan, solids);
+    admit(&leaves, fill)?;
+    let image = |(solid, leaf): (&&LatticeSolid, &Leaf)| sampler.sample(solid, axis, leaf.mode, fill);
+    let images = leaves.iter().zip(plan.leaves()).map(image).collect::<Result<Vec<Ldi>, SampleError>>()?;
+    let result = plan.sweep(&images.iter().map(Operand::from).collect::<Vec<_>>()).map_err(|error| match error {
+        BooleanError::TooManySamples(error) => SampleError::TooManySamples(error),
+        error => unreachable!("images on one grid, without triangles, can be combined: {error}"),
+    })?;
+    Ok(Evaluated { result, windings: images.iter().map(Ldi::windings).collect() })
+}
+
+/// Sums the images of an expression, made by those of its leaves.
+fn sums_by_images(
+    sampler: &(impl Sampler + ?Sized),
+    plan: &Plan,
+    solids: &[&LatticeSolid],
+    axes: &[Axis],
+    fill: FillRule,
+) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
+    let along = |&axis: &Axis| {
+        let Evaluated { result, windings } = by_images(sampler, plan, solids, axis, fill)?;
+        Ok(Evaluated { result: result.volume_sums(), windings })
+    };
+    axes.iter().map(along).collect()
 }
 
 /// Intersects two solids on one grid while it samples them, in bit masks (Leung & Wang, section 4): conservative images alone.

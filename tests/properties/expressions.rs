@@ -9,6 +9,7 @@ use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
+use super::any_expression::{OPERATIONS, random_expression};
 use super::images::{FILLS, MODES, OVER, UNDER, assert_same, assert_within, boolean, sample};
 use super::material::{models, quantised, random_frame, random_lod, random_soup};
 use super::on_lattice::{grid, mesh};
@@ -16,28 +17,11 @@ use super::soups;
 use super::testing::images::{closed, grid_around};
 use super::testing::random::Random;
 
-const OPERATIONS: [BooleanOperation; 4] =
-    [BooleanOperation::Intersection, BooleanOperation::Union, BooleanOperation::Difference, BooleanOperation::Xor];
-
 /// Evaluates an expression on exact images of its inputs.
 fn swept(expression: &Expression, images: &[Ldi]) -> Ldi {
     let plan = Plan::new(expression, Mode::Exact);
     let operands: Vec<Operand> = plan.leaves().iter().map(|leaf| Operand::from(&images[leaf.input])).collect();
     plan.sweep(&operands).unwrap()
-}
-
-/// Returns a random expression that uses every input once, and some twice.
-fn random_expression(random: &mut Random, inputs: usize) -> Expression {
-    let mut parts: Vec<Expression> = (0..inputs).map(Expression::input).collect();
-    for _ in 0..random.below(3) {
-        parts.push(Expression::input(random.below(inputs)));
-    }
-    while parts.len() > 1 {
-        let operands = (0..2).map(|_| parts.swap_remove(random.below(parts.len())));
-        let operands: Vec<Expression> = operands.collect();
-        parts.push(Expression::combine(random.choose(&OPERATIONS), operands));
-    }
-    parts.remove(0)
 }
 
 /// Applies an operation to images two at a time.

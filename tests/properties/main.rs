@@ -5,6 +5,8 @@
 //! together, also on solids that are too large for the oracle.
 
 mod algebra;
+#[path = "../oracle/any_expression.rs"]
+mod any_expression;
 mod closed_forms;
 mod conservative;
 mod degeneracies;

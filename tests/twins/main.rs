@@ -3,11 +3,14 @@
 //! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. One function, in [`comparison`], makes all
 //! comparisons; tests show that it fails where it should.
 
+#[path = "../oracle/any_expression.rs"]
+mod any_expression;
 mod arithmetic;
 mod bands;
 mod comparison;
 mod corpus;
 mod device;
+mod expressions;
 mod history;
 mod images;
 mod intersections;

@@ -2,8 +2,9 @@
 
 use super::band::{Band, cut};
 use super::stages::{Flag, Flags};
-use super::view::{MOST_BANDS, words};
+use super::view::{MOST_BANDS, MOST_LEAVES, words};
 use super::{GpuSampler, Route};
+use crate::boolean::{Leaf, Plan};
 use crate::gpu::{WORKGROUP, bytes_of};
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 use crate::sampler::layout::Window;
@@ -13,21 +14,51 @@ use crate::sampler::{Estimate, FillRule, Mode, SampleError, admit, region_of_bot
 /// The parameters of requested images of the same solids along several axes.
 pub(super) struct Image {
     pub grid: Grid,
-    pub mode: Mode,
     pub fill: FillRule,
+    pub result: Outcome,
+    /// What is seen of each solid.
+    pub parts: Vec<Part>,
     windows: [Window; 3],
     pub keeps_triangles: bool,
     /// Lists keep the first and the last crossing of each ray.
     keeps_ends: bool,
-    /// Windings are defined, and requested.
-    pub counts_windings: bool,
-    pub solids: usize,
     /// Every crossing is a sample, as every ray has an even number of them.
     pub is_dense: bool,
     /// The windows leave out part of a solid.
     pub is_restricted: bool,
-    /// The share of the rays through each solid that is in the windows along the three axes.
-    pub shares: Vec<[f64; 3]>,
+}
+
+/// What is made of the crossings of the solids.
+pub(super) enum Outcome {
+    /// The image of the only solid.
+    Own,
+    /// The estimate of the intersection of two, voxel by voxel.
+    Both,
+    /// That of an expression, from the images of its leaves: a bit for each set of leaves, whether those alone are the result.
+    Expression(Vec<u32>),
+}
+
+/// A solid as it is seen.
+pub(super) struct Part {
+    pub mode: Mode,
+    /// The rays that can matter.
+    pub windows: [Window; 3],
+    /// The share of the rays through the solid that is in the windows.
+    pub shares: [f64; 3],
+    /// Windings are defined, and requested.
+    pub counts_windings: bool,
+}
+
+impl Part {
+    fn new(solid: &LatticeSolid, mode: Mode, region: &LatticeBox) -> Part {
+        let grid = solid.grid();
+        Part {
+            mode,
+            windows: Axis::ALL.map(|axis| Window::new(grid, region, axis)),
+            shares: shares(grid, solid.bounds(), region),
+            counts_windings: solid.closure().is_oriented(),
+        }
+    }
 }
 
 impl Image {
@@ -36,16 +67,14 @@ impl Image {
         let grid = admit(&[solid], fill)?;
         Ok(Image {
             grid,
-            mode,
             fill,
+            result: Outcome::Own,
+            parts: vec![Part::new(solid, mode, solid.region())],
             windows: Axis::ALL.map(|axis| Window::new(&grid, solid.region(), axis)),
             keeps_triangles: false,
             keeps_ends: false,
-            counts_windings: solid.closure().is_oriented(),
-            solids: 1,
             is_dense: mode == Mode::Exact && fill == FillRule::EvenOdd && solid.closure() != Closure::Open,
             is_restricted: solid.region().intersection(solid.bounds()) != *solid.bounds(),
-            shares: vec![shares(&grid, solid.bounds(), solid.region())],
         })
     }
 
@@ -71,17 +100,56 @@ impl Image {
         let region = region_of_both(a, b);
         Ok(Image {
             grid,
-            mode: Mode::Estimate(estimate),
             fill,
+            result: Outcome::Both,
+            parts: [a, b].map(|solid| Part::new(solid, Mode::Estimate(estimate), &region)).into(),
             windows: Axis::ALL.map(|axis| Window::new(&grid, &region, axis)),
             keeps_triangles: false,
             keeps_ends: false,
-            counts_windings: false,
-            solids: 2,
             is_dense: false,
             is_restricted: true,
-            shares: [a, b].map(|solid| shares(&grid, solid.bounds(), &region)).to_vec(),
         })
+    }
+
+    /// Returns the parameters of images of an expression of solids, one for each leaf; `table` is that of its plan.
+    pub fn of_expression(
+        plan: &Plan,
+        table: &[u64],
+        leaves: &[&LatticeSolid],
+        fill: FillRule,
+    ) -> Result<Image, SampleError> {
+        let grid = admit(leaves, fill)?;
+        let part = |(solid, leaf): (&&LatticeSolid, &Leaf)| Part::new(solid, leaf.mode, solid.region());
+        let parts: Vec<Part> = leaves.iter().zip(plan.leaves()).map(part).collect();
+        assert!(parts.len() <= MOST_LEAVES, "the states of {} leaves are not tabulated", parts.len());
+        let around = |axis: Axis| {
+            let windows = parts.iter().map(|part| part.windows[axis.depth()].clone());
+            windows.reduce(Window::around).expect("an expression has leaves")
+        };
+        Ok(Image {
+            grid,
+            fill,
+            result: Outcome::Expression(table.iter().flat_map(|&word| [word as u32, (word >> 32) as u32]).collect()),
+            windows: Axis::ALL.map(around),
+            parts,
+            keeps_triangles: false,
+            keeps_ends: false,
+            is_dense: false,
+            is_restricted: true,
+        })
+    }
+
+    /// Returns whether the image comes with winding sums: that of one oriented solid does.
+    pub fn counts_windings(&self) -> bool {
+        matches!(self.result, Outcome::Own) && self.parts[0].counts_windings
+    }
+
+    /// Returns the number of images of leaves, each with its winding sums.
+    pub fn leaves(&self) -> usize {
+        match self.result {
+            Outcome::Expression(_) => self.parts.len(),
+            _ => 0,
+        }
     }
 
     /// Returns the columns and rows along an axis whose rays can matter.
@@ -102,14 +170,14 @@ impl Image {
         Band::of_rows(axis, self.window_rows(axis), self.grid.image_size(axis).0)
     }
 
-    /// Returns the flags of the variants of the stages that make it.
-    pub fn flags(&self, route: Route) -> Flags {
+    /// Returns the flags of the variants of the stages that make it; for one that looks at one solid alone, of that.
+    pub fn flags(&self, part: usize) -> Flags {
+        let mode = self.parts[part].mode;
         Flags::of(&[
-            (Flag::Over, self.mode == Mode::Estimate(Estimate::Over)),
-            (Flag::Exact, self.mode == Mode::Exact),
+            (Flag::Over, mode == Mode::Estimate(Estimate::Over)),
+            (Flag::Exact, mode == Mode::Exact),
             (Flag::NonZero, self.fill == FillRule::NonZero),
-            (Flag::TwoSolids, self.solids == 2),
-            (Flag::TwoLists, self.solids == 2 && route == Route::Lists),
+            (Flag::TwoSolids, self.parts.len() == 2),
             (Flag::KeepsTriangles, self.keeps_triangles),
             (Flag::KeepsEnds, self.keeps_ends),
         ])
@@ -119,10 +187,9 @@ impl Image {
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
         let by_lists = Way { route: Route::Lists, most_rays: options.band_rays };
+        let has_masks = self.leaves() == 0 && self.parts[0].mode != Mode::Exact && self.fill == FillRule::EvenOdd;
         match options.route {
-            Route::Masks if self.mode != Mode::Exact && self.fill == FillRule::EvenOdd => {
-                self.by_masks(sampler).unwrap_or(by_lists)
-            }
+            Route::Masks if has_masks => self.by_masks(sampler).unwrap_or(by_lists),
             _ => by_lists,
         }
     }
@@ -131,7 +198,7 @@ impl Image {
     fn by_masks(&self, sampler: &GpuSampler) -> Option<Way> {
         let options = &sampler.options;
         let mask = bytes_of(u64::from(words(&self.grid)));
-        let masks = 1 + 2 * self.solids as u64;
+        let masks = 1 + 2 * self.parts.len() as u64;
         // Rays fill whole workgroups; where fewer fit, a single one still takes the masks of a workgroup.
         let workgroup = u64::from(WORKGROUP);
         let whole = |rays: u64| if rays < workgroup { rays.min(1) } else { rays - rays % workgroup };

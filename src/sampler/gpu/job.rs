@@ -49,6 +49,12 @@ impl JobError {
     }
 }
 
+/// The image of a band, read back, and the winding sums of the images of the leaves of an expression.
+pub(super) struct Brought {
+    pub image: BandImage,
+    pub of_leaves: Vec<Windings>,
+}
+
 /// Images on the device, valid as soon as the recorded commands have run.
 pub(super) struct DeviceImage {
     /// The places of the crossings that the samples of each ray come from.
@@ -156,11 +162,11 @@ impl Job<'_> {
         buffers: &[(u32, &wgpu::Buffer)],
         workgroups: Workgroups,
     ) -> Result<(), DeviceError> {
-        self.run_as(recorder, stage, self.image.flags(self.route), view, buffers, workgroups)
+        self.run_as(recorder, stage, self.image.flags(0), view, buffers, workgroups)
     }
 
     /// Runs one kernel in the variant that the flags select.
-    fn run_as(
+    pub fn run_as(
         &self,
         recorder: &mut Recorder,
         stage: &'static Stage,
@@ -184,9 +190,10 @@ impl Job<'_> {
         view: &View,
         buffers: &[(u32, &wgpu::Buffer)],
     ) -> Result<(), DeviceError> {
-        let flags = self.image.flags(self.route);
+        let flags = self.image.flags(i);
+        let view = view.of_part(self.image, i, self.bands);
         for Chunk { positions, triangles, first_triangle, count, blocks } in &self.solids[i].chunks {
-            let view = View { triangles: *count, first_triangle: *first_triangle, ..*view };
+            let view = View { triangles: *count, first_triangle: *first_triangle, ..view };
             let bound = |blocks| [&[(1, positions), (2, triangles), (3, blocks)], buffers].concat();
             // The shader of whole triangles does not look at blocks.
             self.run_as(recorder, &pass.triangles, flags, &view, &bound(triangles), workgroups(*count))?;
@@ -218,8 +225,19 @@ impl Job<'_> {
         Ok(())
     }
 
+    /// Returns the number of words of the tallies of all bands, those of the result and behind them those of each leaf.
+    pub fn tally_words(&self) -> u64 {
+        TALLY_WORDS * (self.bands.len() * (1 + self.image.leaves())) as u64
+    }
+
+    /// Returns the winding sums of each leaf in a band.
+    pub fn windings_of_leaves(&self, tallies: &[Tally], band: usize) -> Vec<Windings> {
+        let of_leaves = tallies.chunks_exact(self.bands.len()).skip(1);
+        of_leaves.map(|of_bands| of_bands[band].windings()).collect()
+    }
+
     /// Makes the images on the device, and reads them back.
-    pub fn bring_back(&mut self) -> Result<Vec<BandImage>, JobError> {
+    pub fn bring_back(&mut self) -> Result<Vec<Brought>, JobError> {
         let (images, unclosed) = match self.route {
             Route::Masks => self.bring_back_by_masks()?,
             Route::Lists => self.bring_back_by_lists()?,
@@ -228,7 +246,11 @@ impl Job<'_> {
             Some(counts) => self.unclosed_rays(&counts)?,
             None => vec![Vec::new(); self.bands.len()],
         };
-        Ok(images.into_iter().zip(marks).map(|(image, unclosed)| image.with_unclosed(unclosed)).collect())
+        let marked = |(brought, unclosed): (Brought, Vec<u32>)| Brought {
+            image: brought.image.with_unclosed(unclosed),
+            ..brought
+        };
+        Ok(images.into_iter().zip(marks).map(marked).collect())
     }
 
     /// Records that the gaps between the rays of images are closed, and their offsets and tallies read back.
@@ -242,13 +264,13 @@ impl Job<'_> {
             false => self.compact(recorder, image)?,
         };
         recorder.read_back(&compact.offsets, 0, bytes_of(self.rays() + 1));
-        recorder.read_back(&image.tallies, 0, bytes_of(TALLY_WORDS * self.bands.len() as u64));
+        recorder.read_back(&image.tallies, 0, bytes_of(self.tally_words()));
         Ok(compact)
     }
 
     /// Returns the images that were read back, one a band, and whether there are unclosed rays: from the offsets, the tallies, the
     /// samples, and their triangles if they are kept.
-    pub fn images_of(&self, heads: &[&[u32]], samples: &[&[u32]]) -> (Vec<BandImage>, bool) {
+    pub fn images_of(&self, heads: &[&[u32]], samples: &[&[u32]]) -> (Vec<Brought>, bool) {
         let tallies: &[Tally] = bytemuck::cast_slice(heads[1]);
         let image = |(band, tally): (usize, &Tally)| {
             let view = &self.view.bands[band];
@@ -258,11 +280,14 @@ impl Job<'_> {
             let ends = offsets[1..].iter().map(|end| end - first).collect();
             let depths: &[i32] = bytemuck::cast_slice(&samples[0][own.clone()]);
             let triangles = samples.get(1).map_or_else(Vec::new, |triangles| triangles[own].to_vec());
-            let windings = self.image.counts_windings.then(|| tally.windings());
-            BandImage::from_parts(ends, depths.to_vec(), triangles, windings)
+            let windings = self.image.counts_windings().then(|| tally.windings());
+            Brought {
+                image: BandImage::from_parts(ends, depths.to_vec(), triangles, windings),
+                of_leaves: self.windings_of_leaves(tallies, band),
+            }
         };
-        let images = tallies.iter().enumerate().map(image).collect();
-        (images, tallies.iter().any(|tally| tally.unclosed > 0))
+        let own = &tallies[..self.bands.len()];
+        (own.iter().enumerate().map(image).collect(), own.iter().any(|tally| tally.unclosed > 0))
     }
 
     /// Returns the unclosed rays of each band.

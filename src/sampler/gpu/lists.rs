@@ -1,11 +1,11 @@
 //! The route by lists: all crossings of each ray, sorted.
 
 use super::band::Band;
-use super::job::{DeviceImage, Job, JobError};
-use super::stages::{APPEND, MEET, PLACE, RESOLVE, SORT, SORT_LONG};
-use super::view::{FOUND_WORDS, Found, LONG_DISPATCH, SORTED_ALONE, TALLY_WORDS, View};
+use super::image::Outcome;
+use super::job::{Brought, DeviceImage, Job, JobError};
+use super::stages::{APPEND, COMBINE, MEET, PLACE, RESOLVE, SORT, SORT_LONG};
+use super::view::{FOUND_WORDS, Found, LONG_DISPATCH, SORTED_ALONE, View};
 use crate::gpu::{DeviceError, Recorder, Workgroups, bytes_of, workgroups};
-use crate::ldi::BandImage;
 use crate::sampler::stages::ListStages;
 
 /// The crossings of each ray with each solid, on the device.
@@ -77,9 +77,8 @@ impl Job<'_> {
         let of_band = |band: &Band| {
             let share = f64::from(band.rays()) / f64::from(self.image.whole(band.axis).rays().max(1));
             let axis = band.axis.depth();
-            let areas =
-                self.solids.iter().zip(&self.image.shares).map(|(solid, shares)| solid.areas[axis] * shares[axis]);
-            share * areas.sum::<f64>()
+            let areas = self.solids.iter().zip(&self.image.parts);
+            share * areas.map(|(solid, part)| solid.areas[axis] * part.shares[axis]).sum::<f64>()
         };
         self.bands.iter().map(of_band).sum()
     }
@@ -107,7 +106,6 @@ impl Job<'_> {
 
         let view = View { lists: lists as u32, capacity: capacity as u32, long_from: SORTED_ALONE, ..self.view };
         for i in 0..self.solids.len() {
-            let view = View { first_list: i as u32 * self.view.rays, ..view };
             let bound = [(4, &counts), (5, &found), (6, &rays), (7, &loose), (8, &loose_crossed)];
             self.geometry_pass(recorder, &APPEND, i, &view, &bound)?;
         }
@@ -146,20 +144,38 @@ impl Job<'_> {
 
     /// Records that lists are turned into images.
     pub fn resolve(&mut self, recorder: &mut Recorder, lists: &Lists) -> Result<DeviceImage, DeviceError> {
-        let tallies = self.zeros(recorder, "tallies", TALLY_WORDS * self.bands.len() as u64)?;
+        let tallies = self.zeros(recorder, "tallies", self.tally_words())?;
         let counts = self.words("sample counts", self.rays())?;
         let Lists { starts, crossings, crossed, .. } = lists;
-        let samples = match self.solids.len() {
-            1 => {
-                let bound = [(1, starts), (2, crossings), (3, crossed), (4, &counts), (5, &tallies)];
-                self.by_ray(recorder, &RESOLVE, &bound)?;
+        let samples = match &self.image.result {
+            Outcome::Own => {
+                self.resolve_part(recorder, lists, 0, [&counts, &tallies])?;
                 crossings.clone()
             }
-            _ => {
+            Outcome::Both => {
                 self.sort_short(recorder, lists)?;
                 let loose = self.words("loose samples", lists.capacity)?;
                 let bound = [(1, starts), (2, crossings), (3, &loose), (4, &counts), (5, &tallies)];
                 self.by_ray(recorder, &MEET, &bound)?;
+                loose
+            }
+            Outcome::Expression(table) => {
+                let of_leaves = self.words("sample counts of leaves", lists.lists)?;
+                for part in 0..self.solids.len() {
+                    self.resolve_part(recorder, lists, part, [&of_leaves, &tallies])?;
+                }
+                let table = self.sampler.device.upload("table of states", bytemuck::cast_slice(table))?;
+                let loose = self.words("loose samples", lists.capacity)?;
+                let bound = [
+                    (1, starts),
+                    (2, crossings),
+                    (3, &of_leaves),
+                    (4, &table),
+                    (5, &loose),
+                    (6, &counts),
+                    (7, &tallies),
+                ];
+                self.by_ray(recorder, &COMBINE, &bound)?;
                 loose
             }
         };
@@ -174,6 +190,19 @@ impl Job<'_> {
         })
     }
 
+    /// Records that the lists of one solid are turned into its image, in place.
+    fn resolve_part(
+        &self,
+        recorder: &mut Recorder,
+        lists: &Lists,
+        part: usize,
+        [counts, tallies]: [&wgpu::Buffer; 2],
+    ) -> Result<(), DeviceError> {
+        let view = self.view.of_part(self.image, part, self.bands);
+        let bound = [(1, &lists.starts), (2, &lists.crossings), (3, &lists.crossed), (4, counts), (5, tallies)];
+        self.run_as(recorder, &RESOLVE, self.image.flags(part), &view, &bound, workgroups(view.rays))
+    }
+
     /// Returns the number of words of each crossing that an image takes besides the lists.
     pub fn words_of_image(&self) -> u64 {
         match (self.solids.len(), self.image.is_dense, self.image.keeps_triangles) {
@@ -186,7 +215,7 @@ impl Job<'_> {
 
     /// Makes the images and reads them back, with the counts of their rays where some are unclosed. Where a window leaves out part
     /// of a solid, so that far fewer samples are likely than there is room for, the host waits for their number first.
-    pub fn bring_back_by_lists(&mut self) -> Result<(Vec<BandImage>, Option<wgpu::Buffer>), JobError> {
+    pub fn bring_back_by_lists(&mut self) -> Result<(Vec<Brought>, Option<wgpu::Buffer>), JobError> {
         let others = self.words_of_image();
         let waits = self.image.is_restricted;
         let mut made = None;

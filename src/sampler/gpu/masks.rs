@@ -1,10 +1,9 @@
 //! The route by masks: Leung & Wang's method, with two masks from one geometry pass. A job has one band.
 
-use super::job::{DeviceImage, Job, JobError};
+use super::job::{Brought, DeviceImage, Job, JobError};
 use super::stages::{CLASSIFY, IDENTITIES, MASKS, RETRIEVE};
 use super::view::{FOUND_WORDS, TALLY_WORDS, View};
 use crate::gpu::{DeviceError, Recorder, bytes_of, workgroups};
-use crate::ldi::BandImage;
 use crate::sampler::stages::MaskStages;
 
 /// The masks of a band, which become its classes.
@@ -116,7 +115,7 @@ impl Job<'_> {
     }
 
     /// Makes the image and reads it back, with the counts of its rays where some are unclosed.
-    pub fn bring_back_by_masks(&mut self) -> Result<(Vec<BandImage>, Option<wgpu::Buffer>), JobError> {
+    pub fn bring_back_by_masks(&mut self) -> Result<(Vec<Brought>, Option<wgpu::Buffer>), JobError> {
         let mut recorder = Recorder::new(&self.sampler.device);
         let image = self.record_masks(&mut recorder)?;
         self.read_heads(&mut recorder, &image)?.read(&mut recorder, image.most_samples);

@@ -2,7 +2,8 @@
 //!
 //! # Two routes
 //! **Lists**, for everything: `cover` (the only geometry pass; `append` takes the crossings it finds) → `scan` → `place` (by ray)
-//! → `sort` (long lists) → `resolve`, or of two solids `sort` and `meet` → where samples leave the device `scan` → `compact`; of
+//! → `sort` (long lists) → `resolve`, for an expression of each leaf and then `combine`, or for the estimated intersection of two
+//! solids `sort` and `meet` → where samples leave the device `scan` → `compact`; of
 //! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those. The images along all
 //! three axes are made in one recording, each triangle is read once, and the host waits once: there is room for as many
 //! crossings as the areas of the triangles make likely, and if there are more, the recording is made again. Where only part of a
@@ -35,7 +36,10 @@ mod volume_sums;
 use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
-use super::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler};
+use super::{
+    Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, by_images, leaves_of, sums_by_images,
+};
+use crate::boolean::Plan;
 use crate::gpu::{Adapter, Device, DeviceError, Pool, held};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, VolumeSums, Windings};
@@ -45,6 +49,7 @@ use job::{Job, JobError};
 use solid::{ResidentSolid, Residents};
 use stages::Kernels;
 use view::View;
+use volume_sums::sums_by_leaf;
 
 pub use stages::Arithmetic;
 
@@ -170,16 +175,17 @@ impl GpuSampler {
         let State { pool, residents } = &mut *state;
         let solids = self.resident(residents, solids)?;
         let bands = [Band::of_rows(axis, 0..rows, columns)];
-        let view = View::new(image, &bands);
+        let view = View::new(image, route, &bands);
         let mut job = Job { sampler: self, pool, solids: &solids, image, route, bands: &bands, view };
         run(&mut job).map_err(|error| self.refused(error))
     }
 
     /// Makes images along some axes.
-    fn images(&self, solids: &[&LatticeSolid], image: &Image, axes: &[Axis]) -> Result<Vec<Ldi>, SampleError> {
+    fn images(&self, solids: &[&LatticeSolid], image: &Image, axes: &[Axis]) -> Result<Vec<Made<Ldi>>, SampleError> {
         assert!(are_different(axes), "{axes:?} has an axis twice");
-        let no_windings = image.counts_windings.then(Windings::default);
+        let no_windings = image.counts_windings().then(Windings::default);
         let mut builders = Vec::new();
+        let mut of_leaves = vec![Vec::new(); axes.len()];
         for &axis in axes {
             let (columns, _) = image.grid.image_size(axis);
             let mut builder = ImageBuilder::new(image.grid, axis);
@@ -192,20 +198,21 @@ impl GpuSampler {
             axes,
             |job| job.bring_back(),
             |band, part| {
-                let builder = axes.iter().position(|&axis| axis == band.axis).map(|i| &mut builders[i]);
-                Ok(builder.map_or(Ok(()), |builder| builder.append(part))?)
+                let i = axes.iter().position(|&axis| axis == band.axis).expect("bands lie along the axes");
+                of_leaves[i] = sums_by_leaf(std::mem::take(&mut of_leaves[i]), part.of_leaves);
+                Ok(builders[i].append(part.image)?)
             },
         )?;
         let unsound = |error: LdiError| {
             let adapter = self.device.adapter().name.clone();
             DeviceError::Unsound { adapter, reason: error.to_string() }
         };
-        let finished = |(mut builder, &axis): (ImageBuilder, &Axis)| {
+        let finished = |((mut builder, &axis), of_leaves): ((ImageBuilder, &Axis), Vec<Windings>)| {
             let (columns, rows) = image.grid.image_size(axis);
             builder.append(BandImage::of_empty_rays((rows - image.window_rows(axis).end) * columns, no_windings))?;
-            Ok(builder.finish_checked().map_err(unsound)?)
+            Ok(Made { result: builder.finish_checked().map_err(unsound)?, of_leaves })
         };
-        builders.into_iter().zip(axes).map(finished).collect()
+        builders.into_iter().zip(axes).zip(of_leaves).map(finished).collect()
     }
 
     /// Runs the jobs that make images along some axes, in the order of their rays along each axis, and passes the results of
@@ -238,7 +245,7 @@ impl GpuSampler {
         let Way { route, .. } = image.way(self);
         jobs.reverse();
         while let Some(bands) = jobs.pop() {
-            let view = View::new(image, &bands);
+            let view = View::new(image, route, &bands);
             let mut job = Job { sampler: self, pool, solids: &solids, image, route, bands: &bands, view };
             let error = match run(&mut job) {
                 Ok(parts) => {
@@ -286,9 +293,30 @@ fn are_different(axes: &[Axis]) -> bool {
     axes.iter().enumerate().all(|(i, axis)| !axes[..i].contains(axis))
 }
 
+/// A result, and the winding sums of the images of the leaves of an expression.
+struct Made<T> {
+    result: T,
+    of_leaves: Vec<Windings>,
+}
+
+impl<T> Made<T> {
+    /// Returns the result with the winding sums of those leaves that have any.
+    fn evaluated(self, image: &Image) -> Evaluated<T> {
+        // Without rays in the windows nothing was summed.
+        let sums = self.of_leaves.into_iter().chain(std::iter::repeat(Windings::default()));
+        let windings = image.parts.iter().zip(sums).map(|(part, sums)| part.counts_windings.then_some(sums));
+        Evaluated { windings: windings.collect(), result: self.result }
+    }
+}
+
+/// Returns the results alone.
+fn results<T>(made: Vec<Made<T>>) -> Vec<T> {
+    made.into_iter().map(|made| made.result).collect()
+}
+
 /// Returns the only one of some results, of one axis.
-fn only<T>(results: Vec<T>) -> T {
-    results.into_iter().next().expect("one axis gives one result")
+fn only<T>(made: Vec<T>) -> T {
+    made.into_iter().next().expect("one axis gives one result")
 }
 
 impl Sampler for GpuSampler {
@@ -303,11 +331,11 @@ impl Sampler for GpuSampler {
         mode: Mode,
         fill: FillRule,
     ) -> Result<Vec<Ldi>, SampleError> {
-        self.images(&[solid], &Image::of_one(solid, mode, fill)?, axes)
+        Ok(results(self.images(&[solid], &Image::of_one(solid, mode, fill)?, axes)?))
     }
 
     fn sample_surface(&self, solid: &LatticeSolid, axis: Axis, fill: FillRule) -> Result<Ldi, SampleError> {
-        Ok(only(self.images(&[solid], &Image::of_surface(solid, fill)?, &[axis])?))
+        Ok(only(self.images(&[solid], &Image::of_surface(solid, fill)?, &[axis])?).result)
     }
 
     fn volume_sums(
@@ -327,7 +355,37 @@ impl Sampler for GpuSampler {
         mode: Mode,
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
-        self.sums(&[solid], &Image::of_one(solid, mode, fill)?, axes)
+        Ok(results(self.sums(&[solid], &Image::of_one(solid, mode, fill)?, axes)?))
+    }
+
+    fn evaluates(&self, plan: &Plan) -> bool {
+        plan.table().is_some()
+    }
+
+    fn sample_expression(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axis: Axis,
+        fill: FillRule,
+    ) -> Result<Evaluated<Ldi>, SampleError> {
+        let Some(table) = plan.table() else { return by_images(self, plan, solids, axis, fill) };
+        let leaves = leaves_of(plan, solids);
+        let image = Image::of_expression(plan, table, &leaves, fill)?;
+        Ok(only(self.images(&leaves, &image, &[axis])?).evaluated(&image))
+    }
+
+    fn expression_sums_along(
+        &self,
+        plan: &Plan,
+        solids: &[&LatticeSolid],
+        axes: &[Axis],
+        fill: FillRule,
+    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
+        let Some(table) = plan.table() else { return sums_by_images(self, plan, solids, axes, fill) };
+        let leaves = leaves_of(plan, solids);
+        let image = Image::of_expression(plan, table, &leaves, fill)?;
+        Ok(self.sums(&leaves, &image, axes)?.into_iter().map(|made| made.evaluated(&image)).collect())
     }
 }
 
@@ -339,7 +397,7 @@ impl MaskIntersection for GpuSampler {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<Ldi, SampleError> {
-        Ok(only(self.images(&[a, b], &Image::of_two(a, b, estimate, fill)?, &[axis])?))
+        Ok(only(self.images(&[a, b], &Image::of_two(a, b, estimate, fill)?, &[axis])?).result)
     }
 
     fn intersection_sums_along(
@@ -349,6 +407,6 @@ impl MaskIntersection for GpuSampler {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
-        self.sums(&[a, b], &Image::of_two(a, b, estimate, fill)?, axes)
+        Ok(results(self.sums(&[a, b], &Image::of_two(a, b, estimate, fill)?, axes)?))
     }
 }

@@ -20,8 +20,6 @@ pub enum Flag {
     NonZero,
     /// An intersection of two solids.
     TwoSolids,
-    /// Samples lie in the places of the crossings of two solids.
-    TwoLists,
     /// Samples carry their triangles.
     KeepsTriangles,
     /// The first and the last crossing of a ray are kept.
@@ -30,12 +28,11 @@ pub enum Flag {
     Hard,
 }
 
-const ALL_FLAGS: [(Flag, &str); 8] = [
+const ALL_FLAGS: [(Flag, &str); 7] = [
     (Flag::Over, "OVER"),
     (Flag::Exact, "EXACT"),
     (Flag::NonZero, "NON_ZERO"),
     (Flag::TwoSolids, "TWO_SOLIDS"),
-    (Flag::TwoLists, "TWO_LISTS"),
     (Flag::KeepsTriangles, "KEEPS_TRIANGLES"),
     (Flag::KeepsEnds, "KEEPS_ENDS"),
     (Flag::Hard, "HARD"),
@@ -235,7 +232,15 @@ pub static MEET: Stage = Stage {
     entry: "meet",
     files: &[shader!("fixed"), shader!("unclosed"), shader!("walk"), shader!("loose"), shader!("meet")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Write), (4, Write), (5, Write)],
-    flags: &[Flag::Over, Flag::NonZero, Flag::TwoLists],
+    flags: &[Flag::Over, Flag::NonZero],
+};
+
+pub static COMBINE: Stage = Stage {
+    name: "combine",
+    entry: "combine",
+    files: &[shader!("unclosed"), shader!("loose"), shader!("combine")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Read), (5, Write), (6, Write), (7, Write)],
+    flags: &[],
 };
 
 pub static COMPACT: Stage = Stage {
@@ -243,7 +248,7 @@ pub static COMPACT: Stage = Stage {
     entry: "compact",
     files: &[shader!("loose"), shader!("compact")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write)],
-    flags: &[Flag::TwoLists],
+    flags: &[],
 };
 
 pub static GAPS: Stage = Stage {
@@ -275,7 +280,7 @@ pub static VOLUME_SUMS: Stage = Stage {
     entry: "summarise",
     files: &[shader!("loose"), shader!("volume_sums")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write), (5, Write)],
-    flags: &[Flag::TwoLists],
+    flags: &[],
 };
 
 /// Returns all stages.
@@ -289,6 +294,7 @@ fn all() -> Vec<&'static Stage> {
         &SORT_LONG,
         &RESOLVE,
         &MEET,
+        &COMBINE,
         &COMPACT,
         &GAPS,
         &OFFSETS,
@@ -385,7 +391,9 @@ mod tests {
 
     /// Returns every variant of a stage, in either arithmetic.
     fn variants(stage: &'static Stage) -> impl Iterator<Item = (String, naga::Module)> {
-        let sets = (0..=u8::MAX >> (u8::BITS as usize - ALL_FLAGS.len())).map(Flags).filter(|flags| flags.among(stage.flags) == *flags);
+        let sets = (0..=u8::MAX >> (u8::BITS as usize - ALL_FLAGS.len()))
+            .map(Flags)
+            .filter(|flags| flags.among(stage.flags) == *flags);
         sets.flat_map(move |flags| {
             [Arithmetic::Native, Arithmetic::Pairs].map(|arithmetic| {
                 let source = stage.source(flags, arithmetic);

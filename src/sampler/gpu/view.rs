@@ -2,17 +2,22 @@
 
 use std::fmt::Write;
 
+use super::Route;
 use super::band::Band;
 use super::image::Image;
 use super::network::NETWORK;
+use crate::boolean::TABLE_LEAVES;
 use crate::gpu::{WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
-use crate::sampler::layout::WORD_BITS;
+use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
 /// Most bands of one job.
 pub const MOST_BANDS: usize = 3;
+
+/// Most leaves of an expression.
+pub const MOST_LEAVES: usize = TABLE_LEAVES;
 
 /// Number of rows of a block of a large triangle.
 pub const BLOCK_ROWS: u32 = 8;
@@ -53,6 +58,7 @@ pub fn constants() -> String {
     constant("WORD_BITS", "u32", WORD_BITS);
     constant("WORKGROUP", "u32", WORKGROUP);
     constant("MOST_BANDS", "u32", MOST_BANDS as u32);
+    constant("MOST_LEAVES", "u32", MOST_LEAVES as u32);
     constant("BLOCK_ROWS", "u32", BLOCK_ROWS);
     constant("NETWORK", "u32", NETWORK);
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
@@ -100,8 +106,9 @@ shared_struct! {
         /// Half the number of lattice steps of a voxel, and one divided by it.
         half_voxel: u32,
         per_half_voxel: f32,
+        /// The place of its tally.
+        tally: u32,
         unused: u32,
-        unused_too: u32,
     }
 }
 
@@ -138,7 +145,8 @@ shared_struct! {
         first_triangle: u32,
         /// Number of blocks of rows in the buffer.
         blocks: u32,
-        unused: u32,
+        /// Number of solids whose lists follow one another.
+        solids: u32,
         ;
         /// The bands; those beyond the last begin behind all rays.
         bands: [BandView; 3]
@@ -147,12 +155,12 @@ shared_struct! {
 
 impl View {
     /// Returns the input of a job of these bands, without the sizes of its lists.
-    pub fn new(image: &Image, bands: &[Band]) -> View {
+    pub fn new(image: &Image, route: Route, bands: &[Band]) -> View {
         let grid = &image.grid;
         let mut first_ray = 0;
         let mut band_views = [BandView { first_ray: u32::MAX, ..BandView::default() }; MOST_BANDS];
-        for (view, band) in band_views.iter_mut().zip(bands) {
-            *view = BandView::new(image, band, first_ray);
+        for (i, (view, band)) in band_views.iter_mut().zip(bands).enumerate() {
+            *view = BandView { tally: i as u32, ..BandView::new(image, band, first_ray) };
             first_ray += band.rays().next_multiple_of(WORKGROUP);
         }
         View {
@@ -164,34 +172,56 @@ impl View {
             words: words(grid),
             band_count: bands.len() as u32,
             rays: first_ray,
+            solids: if route == Route::Lists { image.parts.len() as u32 } else { 1 },
             long_from: u32::MAX,
             bands: band_views,
             ..View::default()
         }
     }
+
+    /// Returns the input of stages that look at solid `part` alone: its lists, its windows, and where the result is that of an
+    /// expression, its tallies, behind those of the result.
+    pub fn of_part(self, image: &Image, part: usize, bands: &[Band]) -> View {
+        let mut view = View { first_list: part as u32 * self.rays, ..self };
+        for (band_view, band) in view.bands.iter_mut().zip(bands) {
+            *band_view = band_view.within(&image.parts[part].windows[band.axis.depth()], band);
+            if image.leaves() > 0 {
+                band_view.tally += (1 + part as u32) * self.band_count;
+            }
+        }
+        view
+    }
 }
 
 impl BandView {
     fn new(image: &Image, band: &Band, first_ray: u32) -> BandView {
-        let (rows, columns) = (band.first_row..band.first_row + band.rows, band.columns());
-        let window = image.window(band.axis);
+        let columns = band.columns();
         let half_voxel = image.grid.voxel(band.axis) / 2;
         BandView {
             axis: band.axis.depth() as u32,
             first_ray,
             rays: band.rays(),
             columns: columns.end - columns.start,
-            first_row: rows.start as i32,
+            first_row: band.first_row as i32,
             first_column: columns.start as i32,
-            first_window_row: (rows.start as i32).max(window.rows.start),
-            end_window_row: (rows.end as i32).min(window.rows.end),
-            first_window_column: (columns.start as i32).max(window.columns.start),
-            end_window_column: (columns.end as i32).min(window.columns.end),
             first_counted: first_ray + band.counted().start,
             end_counted: first_ray + band.counted().end,
             half_voxel,
             per_half_voxel: 1.0 / half_voxel as f32,
             ..BandView::default()
+        }
+        .within(image.window(band.axis), band)
+    }
+
+    /// Returns the same band with another window.
+    fn within(self, window: &Window, band: &Band) -> BandView {
+        let (rows, columns) = (band.first_row..band.first_row + band.rows, band.columns());
+        BandView {
+            first_window_row: (rows.start as i32).max(window.rows.start),
+            end_window_row: (rows.end as i32).min(window.rows.end),
+            first_window_column: (columns.start as i32).max(window.columns.start),
+            end_window_column: (columns.end as i32).min(window.columns.end),
+            ..self
         }
     }
 }

@@ -5,11 +5,11 @@ use super::image::{Image, Way};
 use super::job::{DeviceImage, Job, JobError};
 use super::lists::Lists;
 use super::stages::VOLUME_SUMS;
-use super::view::{Found, LEVEL_SUMS, NODE_SUMS, SUMS, TALLY_WORDS, TOTALS_WORDS, Tally, wide};
-use super::{GpuSampler, Route, are_different};
+use super::view::{Found, LEVEL_SUMS, NODE_SUMS, SUMS, TOTALS_WORDS, Tally, wide};
+use super::{GpuSampler, Made, Route, are_different};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::grid::{Axis, LatticeSolid};
-use crate::ldi::{RaySums, VolumeSums, Windings};
+use crate::ldi::{Ldi, RaySums, VolumeSums, Windings};
 use crate::sampler::SampleError;
 
 /// The sums over the counted rows of a band.
@@ -20,6 +20,8 @@ struct BandSums {
     samples: u64,
     unclosed: u64,
     windings: Windings,
+    /// Those of the images of the leaves of an expression.
+    of_leaves: Vec<Windings>,
 }
 
 impl BandSums {
@@ -30,11 +32,12 @@ impl BandSums {
             samples: self.samples + other.samples,
             unclosed: self.unclosed + other.unclosed,
             windings: self.windings.plus(other.windings),
+            of_leaves: sums_by_leaf(self.of_leaves, other.of_leaves),
         }
     }
 
     /// Returns the sums that were read back for one band.
-    fn of(totals: &[u32], tally: &Tally) -> BandSums {
+    fn of(totals: &[u32], tally: &Tally, of_leaves: Vec<Windings>) -> BandSums {
         let sum = |i: u32| wide(totals[2 * i as usize], totals[2 * i as usize + 1]);
         let sums = RaySums {
             steps: std::array::from_fn(|parity| sum(parity as u32)),
@@ -48,8 +51,18 @@ impl BandSums {
             samples: u64::from(samples),
             unclosed: u64::from(tally.unclosed),
             windings: tally.windings(),
+            of_leaves,
         }
     }
+}
+
+/// Returns the winding sums of each leaf in two bands together; a band may have none.
+pub(super) fn sums_by_leaf(mut some: Vec<Windings>, others: Vec<Windings>) -> Vec<Windings> {
+    if some.is_empty() {
+        return others;
+    }
+    some.iter_mut().zip(others).for_each(|(sum, other)| *sum = sum.plus(other));
+    some
 }
 
 impl Job<'_> {
@@ -59,7 +72,7 @@ impl Job<'_> {
             let mut recorder = Recorder::new(&self.sampler.device);
             let image = self.record_masks(&mut recorder)?;
             self.record_sums(&mut recorder, &image)?;
-            return Ok(recorder.finish(sums_of)?);
+            return Ok(recorder.finish(|parts| self.sums_of(parts))?);
         }
         let others = 1 + self.words_of_image();
         let record = |job: &mut Self, recorder: &mut Recorder, lists: &Lists| {
@@ -67,7 +80,7 @@ impl Job<'_> {
             Ok(job.record_sums(recorder, &image)?)
         };
         let (greatest, sums) =
-            self.by_lists(others, record, |_, found: &Found, parts| (found.greatest, sums_of(parts)))?;
+            self.by_lists(others, record, |job, found: &Found, parts| (found.greatest, job.sums_of(parts)))?;
         self.sampler.device.admit_rounds(greatest)?;
         Ok(sums)
     }
@@ -81,18 +94,17 @@ impl Job<'_> {
         let bound = [(1, &image.starts), (2, &image.counts), (3, &image.samples), (4, &levels), (5, &totals)];
         self.by_ray(recorder, &VOLUME_SUMS, &bound)?;
         recorder.read_back(&totals, 0, bytes_of(totals_words));
-        recorder.read_back(&image.tallies, 0, bytes_of(TALLY_WORDS * bands));
+        recorder.read_back(&image.tallies, 0, bytes_of(self.tally_words()));
         Ok(())
     }
-}
 
-fn sums_of(parts: &[&[u32]]) -> Vec<BandSums> {
-    let tallies: &[Tally] = bytemuck::cast_slice(parts[1]);
-    parts[0]
-        .chunks_exact(TOTALS_WORDS as usize)
-        .zip(tallies)
-        .map(|(totals, tally)| BandSums::of(totals, tally))
-        .collect()
+    /// Returns the sums that were read back, one of each band.
+    fn sums_of(&self, parts: &[&[u32]]) -> Vec<BandSums> {
+        let tallies: &[Tally] = bytemuck::cast_slice(parts[1]);
+        let totals = parts[0].chunks_exact(TOTALS_WORDS as usize);
+        let of_band = |(band, totals)| BandSums::of(totals, &tallies[band], self.windings_of_leaves(tallies, band));
+        totals.enumerate().map(of_band).collect()
+    }
 }
 
 impl GpuSampler {
@@ -102,7 +114,7 @@ impl GpuSampler {
         solids: &[&LatticeSolid],
         image: &Image,
         axes: &[Axis],
-    ) -> Result<Vec<VolumeSums>, SampleError> {
+    ) -> Result<Vec<Made<VolumeSums>>, SampleError> {
         assert!(are_different(axes), "{axes:?} has an axis twice");
         let mut sums = [(); 3].map(|()| BandSums::default());
         let take = |band: &Band, part: BandSums| {
@@ -115,15 +127,20 @@ impl GpuSampler {
         match jobs.map(|jobs| self.run_jobs(solids, image, jobs, &halves, |job| job.volume_sums(), take)) {
             Some(Ok(())) => {
                 let sums_along = |&axis: &Axis| {
-                    let BandSums { sums, layers, samples, unclosed, windings } =
+                    let BandSums { sums, layers, samples, unclosed, windings, of_leaves } =
                         std::mem::take(&mut sums[axis.depth()]);
-                    let windings = image.counts_windings.then_some(windings);
-                    VolumeSums::from_parts(image.grid, axis, sums, layers, [samples, unclosed], windings)
+                    let windings = image.counts_windings().then_some(windings);
+                    let result = VolumeSums::from_parts(image.grid, axis, sums, layers, [samples, unclosed], windings);
+                    Made { result, of_leaves }
                 };
                 Ok(axes.iter().map(sums_along).collect())
             }
             Some(Err(error)) if !is_too_large(&error) => Err(error),
-            _ => Ok(self.images(solids, image, axes)?.iter().map(crate::ldi::Ldi::volume_sums).collect()),
+            _ => {
+                let images = self.images(solids, image, axes)?;
+                let summed = |made: Made<Ldi>| Made { result: made.result.volume_sums(), of_leaves: made.of_leaves };
+                Ok(images.into_iter().map(summed).collect())
+            }
         }
     }
 }
