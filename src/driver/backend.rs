@@ -11,7 +11,7 @@ use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler};
+use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums};
 use crate::{Error, Warning};
 
 /// Triangles and expected crossings per CPU thread from which `auto` looks for a GPU.
@@ -252,6 +252,16 @@ impl Sampler for WithCpu {
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
         self.run(|sampler| sampler.volume_sums_along(solid, axes, mode, fill))
+    }
+
+    fn solid_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<SolidSums>, SampleError> {
+        self.run(|sampler| sampler.solid_sums_along(solid, axes, mode, fill))
     }
 
     fn evaluates(&self, plan: &Plan) -> bool {

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::boolean::{Expression, Leaf, Operand, Plan};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums, Windings};
-use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError};
+use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, SolidSums};
 
 /// A maker of images along one axis, which also records times and the agreement of the fill rules.
 pub struct ImageMaker<'a> {
@@ -101,6 +101,13 @@ impl ImageMaker<'_> {
             }
             Measurement::Volume | Measurement::Sample => true,
         }
+    }
+
+    /// Returns all sums of the images of the only solid along some axes.
+    pub fn solid_sums(&mut self, solid: &LatticeSolid, axes: &[Axis]) -> Result<Vec<SolidSums>, Error> {
+        let sums = self.timed(|maker| maker.sampler.solid_sums_along(solid, axes, maker.mode, maker.fill))?;
+        sums.iter().for_each(|sums| self.record_windings(0, sums.volume.windings()));
+        Ok(sums)
     }
 
     /// Returns the volume sums of the [`image`](Self::image) along each of some axes.

@@ -28,7 +28,7 @@ use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, Vo
 use crate::ldi::Ldi;
 use crate::mesh::{Aabb, ClosedMesh, MassProperties};
 use crate::progress::Monitor;
-use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler};
+use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler, SolidSums};
 use crate::surface::Coordinates;
 use crate::{Error, Warning};
 
@@ -467,7 +467,7 @@ fn sample_round<'b>(
     let choice = backends.choose(|| work(&lattice, &job.axes));
 
     // A GPU computes sums itself, unless the images are needed.
-    let keeps_images = !choice.is_gpu() || job.keep != Keep::Sums || job.measurement == Measurement::Volume;
+    let keeps_images = !choice.is_gpu() || job.keep != Keep::Sums;
 
     let triangles = if job.keep.has_triangles() { Triangles::Wanted } else { Triangles::NotWanted };
 
@@ -491,6 +491,7 @@ fn sample_round<'b>(
         rules_agree: vec![None; solids.len()],
     };
     let mut sums = Vec::new();
+    let has_moments = job.measurement == Measurement::Volume;
     for (index, &axis) in job.axes.iter().enumerate() {
         progress.stage(format!("{x} × {y} × {z} rays, along {}", axis.name()))?;
         let mut maker = ImageMaker {
@@ -502,26 +503,36 @@ fn sample_round<'b>(
             seconds,
             rules_agree: &mut round.rules_agree,
         };
-        let volume_sums = if keeps_images {
+        let (volume_sums, solid_sums) = if keeps_images {
             let image = maker.image(&job.measurement, &lattice)?;
             let integrating = Instant::now();
-            let volume_sums = image.volume_sums();
-            if job.measurement == Measurement::Volume {
-                round.moments.push(integrate::moments(&image));
-                round.shows_every_facet &= integrate::shows_every_facet(&image);
-            }
+            let solid_sums = has_moments.then(|| SolidSums::of(&image));
+            let volume_sums = solid_sums.map_or_else(|| image.volume_sums(), |sums| sums.volume);
             seconds.integrate += integrating.elapsed().as_secs_f64();
             if job.keep != Keep::Sums {
                 round.images.push(image);
             }
-            volume_sums
+            (volume_sums, solid_sums)
         } else {
             if sums.is_empty() {
                 let axes = if maker.sums_together(&job.measurement) { &job.axes[..] } else { &job.axes[index..=index] };
-                sums = maker.volume_sums(&job.measurement, &lattice, axes)?;
+                sums = match has_moments {
+                    true => {
+                        let sums = maker.solid_sums(&lattice[0], axes)?;
+                        sums.into_iter().map(|sums| (sums.volume, Some(sums))).collect()
+                    }
+                    false => {
+                        let sums = maker.volume_sums(&job.measurement, &lattice, axes)?;
+                        sums.into_iter().map(|sums| (sums, None)).collect()
+                    }
+                };
             }
             sums.remove(0)
         };
+        if let Some(sums) = solid_sums {
+            round.moments.push(sums.moments());
+            round.shows_every_facet &= sums.shows_every_facet();
+        }
         volumes.push(AxisVolume::from_sums(&volume_sums));
         round.layers[axis.depth()] = Some(volume_sums.layers());
         round.samples += volume_sums.samples();

@@ -8,7 +8,7 @@ mod moments;
 mod volume;
 
 pub use area::{SurfaceHits, shows_every_facet, surface_hits};
-pub use moments::{Moments, moments};
+pub use moments::{MOMENTS, MomentSums, Moments, moments};
 pub use volume::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 
 use rayon::prelude::*;

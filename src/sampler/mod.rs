@@ -90,6 +90,7 @@ pub mod stages;
 use crate::boolean::{BooleanError, Leaf, Operand, Plan};
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
+use crate::integrate::{MomentSums, Moments};
 pub use crate::ldi::{Estimate, FillRule, Mode};
 use crate::ldi::{Ldi, TooManySamples, VolumeSums, Windings};
 
@@ -123,6 +124,33 @@ pub struct Evaluated<T> {
     pub result: T,
     /// The winding sums of the image of each leaf of the plan, as [`Ldi::windings`] gives them.
     pub windings: Vec<Option<Windings>>,
+}
+
+/// The sums over an image from which volume, moments and errors follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolidSums {
+    /// Those for the volume.
+    pub volume: VolumeSums,
+    /// Those for centroid and inertia.
+    pub moments: MomentSums,
+}
+
+impl SolidSums {
+    /// Sums an image.
+    pub fn of(image: &Ldi) -> SolidSums {
+        SolidSums { volume: image.volume_sums(), moments: MomentSums::of(image) }
+    }
+
+    /// Returns volume, centroid and inertia tensor.
+    pub fn moments(&self) -> Moments {
+        self.moments.moments(self.volume.grid(), self.volume.axis())
+    }
+
+    /// Returns whether every facet that the rays of an exact image meet bounds the solid
+    /// ([`shows_every_facet`](crate::integrate::shows_every_facet)).
+    pub fn shows_every_facet(&self) -> bool {
+        self.volume.windings().is_some_and(Windings::fill_rules_agree) && self.moments.coincident() == 0
+    }
 }
 
 /// Makes layered depth images of solids. Every implementation returns the same bits, those of the contract in this module's
@@ -165,6 +193,17 @@ pub trait Sampler {
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
         axes.iter().map(|&axis| self.volume_sums(solid, axis, mode, fill)).collect()
+    }
+
+    /// Returns all sums over the images of a solid along several axes, each once, which a device makes together.
+    fn solid_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<SolidSums>, SampleError> {
+        axes.iter().map(|&axis| Ok(SolidSums::of(&self.sample(solid, axis, mode, fill)?))).collect()
     }
 
     /// Returns whether a device evaluates the expression of a plan itself, so that the images of its leaves need not leave it.

@@ -88,6 +88,12 @@ fn three_axes_take_one_submission_and_move_the_result_alone() {
             let counters = device.take_counters();
             assert!(counters.submissions == 1 && counters.dispatches <= 12, "{mode:?}, {fill:?}: {counters:?}");
             assert!(counters.uploaded == 0 && counters.read_back < 1024, "{mode:?}, {fill:?}: {counters:?}");
+
+            let sums = sampler.solid_sums_along(&ball, &Axis::ALL, mode, fill).unwrap();
+            assert_eq!(sums.len(), 3);
+            let counters = device.take_counters();
+            assert!(counters.submissions == 1 && counters.dispatches <= 12, "{mode:?}, {fill:?}: {counters:?}");
+            assert!(counters.uploaded == 0 && counters.read_back < 2048, "{mode:?}, {fill:?}: {counters:?}");
         }
     }
 }

@@ -104,12 +104,14 @@ pub fn compare_together(what: impl Display, twins: &[Twin], solid: &LatticeSolid
     };
     let expected = each(cpu.sample_along(solid, &Axis::ALL, mode, fill));
     let sums = cpu.volume_sums_along(solid, &Axis::ALL, mode, fill);
+    let all_sums = cpu.solid_sums_along(solid, &Axis::ALL, mode, fill);
     for twin in distinct(twins, mode, fill) {
         let what = format!("{what}, all axes, {mode:?}, {fill:?}; {}", twin.name());
         let found = each(twin.gpu.sample_along(solid, &Axis::ALL, mode, fill));
         assert_eq!(found.len(), expected.len(), "{what}");
         found.iter().zip(&expected).for_each(|(found, expected)| assert_same(&what, found, expected));
         assert_eq!(twin.gpu.volume_sums_along(solid, &Axis::ALL, mode, fill), sums, "{what}");
+        assert_eq!(twin.gpu.solid_sums_along(solid, &Axis::ALL, mode, fill), all_sums, "{what}");
     }
 }
 

@@ -24,6 +24,10 @@ fn compare(what: &str, twins: &[Twin], a: &ldi_ops::grid::LatticeSolid, b: &ldi_
                     let (found, expected) =
                         (twin.gpu.volume_sums(a, axis, mode, fill), cpu.volume_sums(a, axis, mode, fill));
                     assert_same(format_args!("{what}, {axis:?}, {mode:?}, {fill:?}; {name}"), &found, &expected);
+                    let [found, expected]: [&dyn Sampler; 2] = [&twin.gpu, &cpu];
+                    let [found, expected] =
+                        [found, expected].map(|sampler| sampler.solid_sums_along(a, &[axis], mode, fill));
+                    assert_eq!(found, expected, "{what}, {axis:?}, {mode:?}, {fill:?}, moments; {name}");
                 }
                 for estimate in ESTIMATES {
                     // Two axes, so that the bands of both share workgroups and buffers.

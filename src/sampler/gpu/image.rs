@@ -26,6 +26,8 @@ pub(super) struct Image {
     pub is_dense: bool,
     /// The windows leave out part of a solid.
     pub is_restricted: bool,
+    /// Moments are wanted where it is summed.
+    pub has_moments: bool,
 }
 
 /// What is made of the crossings of the solids.
@@ -75,7 +77,13 @@ impl Image {
             keeps_ends: false,
             is_dense: mode == Mode::Exact && fill == FillRule::EvenOdd && solid.closure() != Closure::Open,
             is_restricted: solid.region().intersection(solid.bounds()) != *solid.bounds(),
+            has_moments: false,
         })
+    }
+
+    /// Returns the parameters of images of one solid that are summed, also for moments.
+    pub fn of_moments(solid: &LatticeSolid, mode: Mode, fill: FillRule) -> Result<Image, SampleError> {
+        Ok(Image { has_moments: true, ..Image::of_one(solid, mode, fill)? })
     }
 
     /// Returns the parameters of exact images of one solid whose samples carry their triangles.
@@ -108,6 +116,7 @@ impl Image {
             keeps_ends: false,
             is_dense: false,
             is_restricted: true,
+            has_moments: false,
         })
     }
 
@@ -136,6 +145,7 @@ impl Image {
             keeps_ends: false,
             is_dense: false,
             is_restricted: true,
+            has_moments: false,
         })
     }
 

@@ -37,7 +37,8 @@ use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
 use super::{
-    Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, by_images, leaves_of, sums_by_images,
+    Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums, by_images, leaves_of,
+    sums_by_images,
 };
 use crate::boolean::Plan;
 use crate::gpu::{Adapter, Device, DeviceError, Pool, held};
@@ -300,6 +301,10 @@ struct Made<T> {
 }
 
 impl<T> Made<T> {
+    fn map<U>(self, of: impl FnOnce(T) -> U) -> Made<U> {
+        Made { result: of(self.result), of_leaves: self.of_leaves }
+    }
+
     /// Returns the result with the winding sums of those leaves that have any.
     fn evaluated(self, image: &Image) -> Evaluated<T> {
         // Without rays in the windows nothing was summed.
@@ -312,6 +317,11 @@ impl<T> Made<T> {
 /// Returns the results alone.
 fn results<T>(made: Vec<Made<T>>) -> Vec<T> {
     made.into_iter().map(|made| made.result).collect()
+}
+
+/// Returns the sums for volumes alone.
+fn volumes(made: Vec<Made<SolidSums>>) -> Vec<VolumeSums> {
+    made.into_iter().map(|made| made.result.volume).collect()
 }
 
 /// Returns the only one of some results, of one axis.
@@ -355,7 +365,17 @@ impl Sampler for GpuSampler {
         mode: Mode,
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
-        Ok(results(self.sums(&[solid], &Image::of_one(solid, mode, fill)?, axes)?))
+        Ok(volumes(self.sums(&[solid], &Image::of_one(solid, mode, fill)?, axes)?))
+    }
+
+    fn solid_sums_along(
+        &self,
+        solid: &LatticeSolid,
+        axes: &[Axis],
+        mode: Mode,
+        fill: FillRule,
+    ) -> Result<Vec<SolidSums>, SampleError> {
+        Ok(results(self.sums(&[solid], &Image::of_moments(solid, mode, fill)?, axes)?))
     }
 
     fn evaluates(&self, plan: &Plan) -> bool {
@@ -385,7 +405,8 @@ impl Sampler for GpuSampler {
         let Some(table) = plan.table() else { return sums_by_images(self, plan, solids, axes, fill) };
         let leaves = leaves_of(plan, solids);
         let image = Image::of_expression(plan, table, &leaves, fill)?;
-        Ok(self.sums(&leaves, &image, axes)?.into_iter().map(|made| made.evaluated(&image)).collect())
+        let evaluated = |made: Made<SolidSums>| made.map(|sums| sums.volume).evaluated(&image);
+        Ok(self.sums(&leaves, &image, axes)?.into_iter().map(evaluated).collect())
     }
 }
 
@@ -407,6 +428,6 @@ impl MaskIntersection for GpuSampler {
         estimate: Estimate,
         fill: FillRule,
     ) -> Result<Vec<VolumeSums>, SampleError> {
-        Ok(results(self.sums(&[a, b], &Image::of_two(a, b, estimate, fill)?, axes)?))
+        Ok(volumes(self.sums(&[a, b], &Image::of_two(a, b, estimate, fill)?, axes)?))
     }
 }

@@ -283,6 +283,14 @@ pub static VOLUME_SUMS: Stage = Stage {
     flags: &[],
 };
 
+pub static MOMENT_SUMS: Stage = Stage {
+    name: "moments",
+    entry: "sum_moments",
+    files: &[shader!("loose"), shader!("upper_product"), shader!("moments")],
+    bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Write)],
+    flags: &[],
+};
+
 /// Returns all stages.
 fn all() -> Vec<&'static Stage> {
     let passes = [&APPEND, &MASKS, &RETRIEVE];
@@ -300,6 +308,7 @@ fn all() -> Vec<&'static Stage> {
         &OFFSETS,
         &KEEP,
         &VOLUME_SUMS,
+        &MOMENT_SUMS,
     ];
     passes.into_iter().flat_map(|pass| [&pass.triangles, &pass.rows]).chain(single).chain(&SCAN).collect()
 }
@@ -336,7 +345,7 @@ impl Stage {
         if self.files.contains(&shader!("fixed")) {
             text += match arithmetic {
                 Arithmetic::Native => shader!("wide_native"),
-                Arithmetic::Pairs => shader!("wide_pair"),
+                Arithmetic::Pairs => concat!(shader!("upper_product"), "\n", shader!("wide_pair")),
             };
             text += "\n";
             text += shader!("crossing");

@@ -9,6 +9,7 @@ use super::network::NETWORK;
 use crate::boolean::TABLE_LEAVES;
 use crate::gpu::{WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
+use crate::integrate::MOMENTS;
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
@@ -48,6 +49,9 @@ pub const SUMS: u32 = 15;
 /// all samples.
 pub const TOTALS_WORDS: u32 = 2 * SUMS + 2;
 
+/// Number of words of the totals of one band for moments: sums in four words each, and the number of coincident samples.
+pub const MOMENT_WORDS: u32 = 4 * MOMENTS as u32 + 1;
+
 /// Returns the constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
     let mut text = String::new();
@@ -69,6 +73,8 @@ pub fn constants() -> String {
     constant("MOST_GROUPS", "u32", MOST_GROUPS);
     constant("SUMS", "u32", SUMS);
     constant("TOTALS_WORDS", "u32", TOTALS_WORDS);
+    constant("MOMENTS", "u32", MOMENTS as u32);
+    constant("MOMENT_WORDS", "u32", MOMENT_WORDS);
     constant("NODE_SUMS", "u32", NODE_SUMS);
     constant("LEVEL_SUMS", "u32", LEVEL_SUMS);
     constant("ALONG_COLUMNS", "u32", ALONG_COLUMNS.into());

@@ -4,13 +4,14 @@ use super::band::Band;
 use super::image::{Image, Way};
 use super::job::{DeviceImage, Job, JobError};
 use super::lists::Lists;
-use super::stages::VOLUME_SUMS;
-use super::view::{Found, LEVEL_SUMS, NODE_SUMS, SUMS, TOTALS_WORDS, Tally, wide};
+use super::stages::{MOMENT_SUMS, VOLUME_SUMS};
+use super::view::{Found, LEVEL_SUMS, MOMENT_WORDS, NODE_SUMS, SUMS, TOTALS_WORDS, Tally, wide};
 use super::{GpuSampler, Made, Route, are_different};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::grid::{Axis, LatticeSolid};
+use crate::integrate::{MOMENTS, MomentSums};
 use crate::ldi::{Ldi, RaySums, VolumeSums, Windings};
-use crate::sampler::SampleError;
+use crate::sampler::{SampleError, SolidSums};
 
 /// The sums over the counted rows of a band.
 #[derive(Default)]
@@ -22,6 +23,7 @@ struct BandSums {
     windings: Windings,
     /// Those of the images of the leaves of an expression.
     of_leaves: Vec<Windings>,
+    moments: MomentSums,
 }
 
 impl BandSums {
@@ -33,11 +35,12 @@ impl BandSums {
             unclosed: self.unclosed + other.unclosed,
             windings: self.windings.plus(other.windings),
             of_leaves: sums_by_leaf(self.of_leaves, other.of_leaves),
+            moments: self.moments.plus(other.moments),
         }
     }
 
     /// Returns the sums that were read back for one band.
-    fn of(totals: &[u32], tally: &Tally, of_leaves: Vec<Windings>) -> BandSums {
+    fn of(totals: &[u32], tally: &Tally, of_leaves: Vec<Windings>, moments: MomentSums) -> BandSums {
         let sum = |i: u32| wide(totals[2 * i as usize], totals[2 * i as usize + 1]);
         let sums = RaySums {
             steps: std::array::from_fn(|parity| sum(parity as u32)),
@@ -52,8 +55,15 @@ impl BandSums {
             unclosed: u64::from(tally.unclosed),
             windings: tally.windings(),
             of_leaves,
+            moments,
         }
     }
+}
+
+/// Returns the sums for moments that were read back for one band.
+fn moments_of(totals: &[u32]) -> MomentSums {
+    let sum = |i: usize| (0..4).fold(0, |sum, word| sum | u128::from(totals[4 * i + word]) << (32 * word)) as i128;
+    MomentSums::from_parts(std::array::from_fn(sum), totals[4 * MOMENTS].into())
 }
 
 /// Returns the winding sums of each leaf in two bands together; a band may have none.
@@ -95,6 +105,13 @@ impl Job<'_> {
         self.by_ray(recorder, &VOLUME_SUMS, &bound)?;
         recorder.read_back(&totals, 0, bytes_of(totals_words));
         recorder.read_back(&image.tallies, 0, bytes_of(self.tally_words()));
+        if self.image.has_moments {
+            let words = u64::from(MOMENT_WORDS) * bands;
+            let moments = self.zeros(recorder, "moments", words)?;
+            let bound = [(1, &image.starts), (2, &image.counts), (3, &image.samples), (4, &moments)];
+            self.by_ray(recorder, &MOMENT_SUMS, &bound)?;
+            recorder.read_back(&moments, 0, bytes_of(words));
+        }
         Ok(())
     }
 
@@ -102,7 +119,11 @@ impl Job<'_> {
     fn sums_of(&self, parts: &[&[u32]]) -> Vec<BandSums> {
         let tallies: &[Tally] = bytemuck::cast_slice(parts[1]);
         let totals = parts[0].chunks_exact(TOTALS_WORDS as usize);
-        let of_band = |(band, totals)| BandSums::of(totals, &tallies[band], self.windings_of_leaves(tallies, band));
+        let of_band = |(band, totals)| {
+            let words = MOMENT_WORDS as usize;
+            let moments = parts.get(2).map(|all| moments_of(&all[words * band..][..words])).unwrap_or_default();
+            BandSums::of(totals, &tallies[band], self.windings_of_leaves(tallies, band), moments)
+        };
         totals.enumerate().map(of_band).collect()
     }
 }
@@ -114,7 +135,7 @@ impl GpuSampler {
         solids: &[&LatticeSolid],
         image: &Image,
         axes: &[Axis],
-    ) -> Result<Vec<Made<VolumeSums>>, SampleError> {
+    ) -> Result<Vec<Made<SolidSums>>, SampleError> {
         assert!(are_different(axes), "{axes:?} has an axis twice");
         let mut sums = [(); 3].map(|()| BandSums::default());
         let take = |band: &Band, part: BandSums| {
@@ -127,10 +148,12 @@ impl GpuSampler {
         match jobs.map(|jobs| self.run_jobs(solids, image, jobs, &halves, |job| job.volume_sums(), take)) {
             Some(Ok(())) => {
                 let sums_along = |&axis: &Axis| {
-                    let BandSums { sums, layers, samples, unclosed, windings, of_leaves } =
+                    let BandSums { sums, layers, samples, unclosed, windings, of_leaves, moments } =
                         std::mem::take(&mut sums[axis.depth()]);
                     let windings = image.counts_windings().then_some(windings);
-                    let result = VolumeSums::from_parts(image.grid, axis, sums, layers, [samples, unclosed], windings);
+                    let counts = [samples, unclosed];
+                    let volume = VolumeSums::from_parts(image.grid, axis, sums, layers, counts, windings);
+                    let result = SolidSums { volume, moments };
                     Made { result, of_leaves }
                 };
                 Ok(axes.iter().map(sums_along).collect())
@@ -138,7 +161,7 @@ impl GpuSampler {
             Some(Err(error)) if !is_too_large(&error) => Err(error),
             _ => {
                 let images = self.images(solids, image, axes)?;
-                let summed = |made: Made<Ldi>| Made { result: made.result.volume_sums(), of_leaves: made.of_leaves };
+                let summed = |made: Made<Ldi>| Made { result: SolidSums::of(&made.result), of_leaves: made.of_leaves };
                 Ok(images.into_iter().map(summed).collect())
             }
         }
