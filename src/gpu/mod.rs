@@ -7,14 +7,14 @@
 #[cfg(feature = "gpu")]
 mod adapter;
 #[cfg(feature = "gpu")]
-mod bandwidth;
-#[cfg(feature = "gpu")]
 mod device;
 mod error;
 #[cfg(feature = "gpu")]
 mod kernel;
 #[cfg(feature = "gpu")]
 mod pool;
+#[cfg(feature = "gpu")]
+mod probes;
 #[cfg(feature = "gpu")]
 mod recorder;
 #[cfg(feature = "gpu")]
@@ -35,6 +35,8 @@ pub use error::DeviceError;
 pub(crate) use kernel::{Access, Kernel};
 #[cfg(feature = "gpu")]
 pub(crate) use pool::{Pool, bytes_of};
+#[cfg(feature = "gpu")]
+pub use probes::Costs;
 #[cfg(feature = "gpu")]
 pub(crate) use recorder::{Recorder, WORKGROUP, Workgroups, counted, workgroups};
 #[cfg(feature = "gpu")]

@@ -12,6 +12,18 @@ use ldi_ops::solids::{cuboid, sphere};
 use crate::twin::ADAPTER;
 
 #[test]
+fn the_costs_of_a_device_are_times() {
+    let costs = Device::open(&ADAPTER, Needs::default()).unwrap().costs().unwrap();
+    assert_eq!(costs.native_product.is_some(), ADAPTER.int64);
+    let operations = [costs.scattered_addition, costs.shared_addition, costs.paired_product];
+    let all = [costs.submission, costs.dispatch].into_iter().chain(operations).chain(costs.native_product);
+    assert!(
+        costs.submission > 0.0 && all.into_iter().all(|seconds| seconds.is_finite() && seconds >= 0.0),
+        "{costs:?}"
+    );
+}
+
+#[test]
 fn the_copy_bandwidth_of_a_device_is_positive() {
     let device = Device::open(&ADAPTER, Needs::default()).unwrap();
     device.keep_stage_times(true);

@@ -11,8 +11,8 @@ use crate::testing::random::Random;
 use crate::twin::{self, MODES, compare_along, compare_image, compare_intersections};
 
 fn models() -> Vec<(String, ClosedMesh)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/models");
-    let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    // From the working directory, which is the repository's root or a folder to which the program was taken.
+    let mut paths: Vec<_> = fs::read_dir("data/models").unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
     let model = |path: &Path| {
         let mesh = io::read(path).unwrap_or_else(|error| panic!("{error}")).mesh;

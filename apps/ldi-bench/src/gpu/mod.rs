@@ -55,8 +55,8 @@ const LOD: u32 = 1024;
 /// Untimed rounds, in which clock rates rise and buffers grow.
 const WARM_UP: usize = 3;
 
-/// Size in bytes of the copies that measure the bandwidth: larger than any cache.
-const COPIED: u64 = 256 << 20;
+/// Sizes in bytes of the copies that measure the bandwidth; the last is larger than any cache, and the reference.
+const COPIED: [u64; 4] = [4 << 20, 16 << 20, 64 << 20, 256 << 20];
 
 /// The stage that transfers images to the host.
 const READ_BACK: &str = "read back";
@@ -173,11 +173,14 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let names: Vec<&str> = models.iter().map(|model| model.solid.name).collect();
     let names = chosen(&names, &plan.models)?;
     models.retain(|model| names.contains(&model.solid.name));
-    let copied = COPIED.min(adapter.limits.buffer);
-    let bandwidth = Device::open(adapter, Needs::default())
-        .and_then(|device| device.copy_bandwidth(copied))
-        .map_err(BenchError::Device)?;
-    report::print_head(plan, adapter, copied, bandwidth);
+    let device = Device::open(adapter, Needs::default()).map_err(BenchError::Device)?;
+    let costs = device.costs().map_err(BenchError::Device)?;
+    let bandwidth_of = |bytes: u64| Ok((bytes, device.copy_bandwidth(bytes).map_err(BenchError::Device)?));
+    let sizes = COPIED.iter().copied().filter(|&bytes| bytes <= adapter.limits.buffer);
+    let copies: Vec<(u64, f64)> = sizes.map(bandwidth_of).collect::<Result<_, BenchError>>()?;
+    let &(_, bandwidth) = copies.last().expect("every adapter has buffers of the least size");
+    report::print_head(plan, adapter, &copies);
+    report::print_costs(&costs);
     let machine = Machine::ask();
     let mut cases = Vec::new();
     for model in &models {
@@ -197,6 +200,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
                 "workgroup": adapter.limits.workgroup, "workgroup_memory": adapter.limits.workgroup_memory,
             },
         },
+        "copies": copies, "costs": report::costs_as_json(&costs),
         "copy_bandwidth": bandwidth, "cases": report::with_ratios(&cases, bandwidth),
     });
     crate::process::write_json(json, &document)

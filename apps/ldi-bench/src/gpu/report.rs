@@ -1,6 +1,6 @@
 //! Tables of the GPU benchmark.
 
-use ldi_ops::gpu::{Adapter, AdapterKind};
+use ldi_ops::gpu::{Adapter, AdapterKind, Costs};
 use serde_json::{Value, json};
 
 use super::{Case, LOD, Moved, Plan, READ_BACK, Stage, WAYS};
@@ -16,7 +16,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
 ];
 
 /// Prints the command, the device and its bandwidth.
-pub fn print_head(plan: &Plan, adapter: &Adapter, copied: u64, bandwidth: f64) {
+pub fn print_head(plan: &Plan, adapter: &Adapter, copies: &[(u64, f64)]) {
     let mut command = format!("ldi-bench gpu --rounds {} --resolution {}", plan.rounds, plan.resolution);
     if let Some(name) = &plan.adapter {
         command += &format!(" --adapter '{name}'");
@@ -38,11 +38,9 @@ pub fn print_head(plan: &Plan, adapter: &Adapter, copied: u64, bandwidth: f64) {
         has(adapter.int64),
         has(adapter.timestamps),
     );
-    println!(
-        "- copies of {} bytes from buffer to buffer: {} GB/s, read and write counted\n",
-        count(copied),
-        number(1e-9 * bandwidth)
-    );
+    let copy = |(bytes, bandwidth): &(u64, f64)| format!("{} MiB: {}", bytes >> 20, number(1e-9 * bandwidth));
+    let copies: Vec<String> = copies.iter().map(copy).collect();
+    println!("- copies from buffer to buffer, GB/s, read and write counted: {}\n", copies.join(", "));
     if adapter.kind == AdapterKind::Software {
         println!(
             "**This adapter is software and runs on the processor: its figures say nothing about GPUs.** They only show \
@@ -55,6 +53,39 @@ pub fn print_head(plan: &Plan, adapter: &Adapter, copied: u64, bandwidth: f64) {
              the host does for them, and so are the ratios made of it.\n"
         );
     }
+}
+
+/// Prints what single operations take.
+pub fn print_costs(costs: &Costs) {
+    let mut table = Table::new(&["operation", "time"]);
+    let mut row = |operation: &str, seconds: f64| {
+        let time = match seconds {
+            seconds if seconds >= 1e-6 => format!("{} µs", number(1e6 * seconds)),
+            seconds => format!("{} ns", number(1e9 * seconds)),
+        };
+        table.row(vec![operation.to_owned(), time]);
+    };
+    row("submission of an empty dispatch, waited for", costs.submission);
+    row("one more empty dispatch", costs.dispatch);
+    row("atomic addition, scattered", costs.scattered_addition);
+    row("atomic addition to one word", costs.shared_addition);
+    if let Some(seconds) = costs.native_product {
+        row("64-bit product, native", seconds);
+    }
+    row("64-bit product, of pairs", costs.paired_product);
+    println!("{}", table.markdown());
+}
+
+/// Returns what single operations take, in seconds.
+pub fn costs_as_json(costs: &Costs) -> Value {
+    json!({
+        "submission": costs.submission,
+        "dispatch": costs.dispatch,
+        "scattered_addition": costs.scattered_addition,
+        "shared_addition": costs.shared_addition,
+        "native_product": costs.native_product,
+        "paired_product": costs.paired_product,
+    })
 }
 
 /// Prints the table by model.
