@@ -24,10 +24,6 @@ pub(super) struct Lists {
 /// Crossings beyond the expected ones for which there is room: a share of those, and a number.
 const SLACK: (f64, f64) = (1.0 / 32.0, 1024.0);
 
-/// Most crossings of one recording, unless of a single ray. An integrated GPU is expected to take about a second for them, and
-/// systems reset a device that works at one submission for a few seconds.
-const MOST_CROSSINGS: u64 = 1 << 25;
-
 /// Expected crossings beyond the room for them, as a share of it, from which a job is divided without a try.
 const HOPELESS: f64 = 1.25;
 
@@ -45,7 +41,7 @@ impl Job<'_> {
         // Found and placed crossings, and the triangles of both.
         let buffers = 3 + others + if self.image.keeps_triangles { 2 } else { 0 };
         let expected = self.expected();
-        let most = (self.limit(buffers) / 4).min(if self.is_single_ray() { u32::MAX.into() } else { MOST_CROSSINGS });
+        let most = (self.limit(buffers) / 4).min(u32::MAX.into());
         if expected > HOPELESS * most as f64 && !self.is_single_ray() {
             let (bytes, limit) = (bytes_of(expected.min(1e18) as u64), bytes_of(most));
             return Err(JobError::TooLarge { what: "crossings", bytes, limit });
