@@ -1,4 +1,4 @@
-// Evaluates an expression over the images of its leaves, one invocation per ray; the twin of `src/boolean/sweep.rs`. The leaves that
+// Combines the images of leaves, one invocation per ray; the twin of `src/boolean/sweep.rs`. The leaves that
 // a depth lies in are those whose samples before it are odd in number; the result changes where it differs between the leaves on
 // either side of all samples of one depth.
 
@@ -60,7 +60,7 @@ fn combine_ray(ray: u32, band: u32) {
                 next[leaf]++;
             }
         }
-        let now = (table[within / WORD_BITS] >> (within % WORD_BITS) & 1u) == 1u;
+        let now = ((table[within / WORD_BITS] >> (within % WORD_BITS)) & 1u) == 1u;
         if now != holds {
             loose[place] = depth;
             place++;

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Asks a machine with a GPU everything that docs and thresholds rest on, by programs alone: it needs no network and no
-# compiler there, only the GPU's driver and the Vulkan loader. Under 25 minutes.
+# Measures the sampler and whole commands on a machine with a GPU. Programs are built elsewhere: that machine needs no network
+# and no compiler, only the GPU's driver and the Vulkan loader. After 25 minutes no step is begun.
 # usage: apps/ldi-bench/gpu-machine.sh pack FOLDER             where the sources are: builds the programs into FOLDER
 #        FOLDER/gpu-machine.sh run OUT [ADAPTER]               there: measures, and writes into OUT after each step
 #
-# ADAPTER is a name as `ldi-ops devices` lists it, or part of one; the first by default. The twins come before any time: where one
-# differs, nothing else is measured.
+# ADAPTER is a name as `ldi-ops devices` lists it, or part of one; the first by default. The twins come first: where one differs,
+# nothing is measured. A later step that fails or takes too long is noted in OUT/failed, and the others go on.
 set -euo pipefail
 
 pack() {
@@ -14,8 +14,8 @@ pack() {
   mkdir -p "$folder/data"
   folder=$(cd "$folder" && pwd)
   cd "$here"
-  cargo build --release -p ldi-ops-cli -p ldi-bench
-  twins=$(cargo test --release -p ldi-ops --features full --test twins --no-run --message-format=json |
+  cargo build --release --workspace --bins
+  twins=$(cargo test --release --workspace --test twins --no-run --message-format=json |
     sed -n 's/.*"executable":"\([^"]*twins-[^"]*\)".*/\1/p')
   cp "${CARGO_TARGET_DIR:-target}/release/ldi-ops" "${CARGO_TARGET_DIR:-target}/release/ldi-bench" "$folder"
   cp "$twins" "$folder/twins"
@@ -26,55 +26,68 @@ pack() {
   du -ch "$folder"/* | tail -1
 }
 
-# Prints a step and how long the steps before took.
-step() { printf '%4d s  %s\n' "$SECONDS" "$1"; }
+# Runs a step of at most so many seconds, unless 25 minutes have passed; a failure is noted in OUT/failed.
+step() {
+  local name=$1 seconds=$2
+  shift 2
+  printf '%4d s  %s\n' "$SECONDS" "$name" >&3
+  if [ "$SECONDS" -ge 1500 ]; then
+    echo "$name: not begun" >>"$out/failed"
+  else
+    timeout "$seconds" "$@" || echo "$name: exit $?" >>"$out/failed"
+  fi
+}
 
 run() {
-  local out adapter=()
+  local out adapter=() resolution
+  # For the names of steps, whose own output goes into files.
+  exec 3>&1
   mkdir -p "$1"
   out=$(cd "$1" && pwd)
   cd "$(dirname "$0")"
-  [ -z "${2:-}" ] || adapter=(--adapter "$2")
-  [ -z "${2:-}" ] || export LDI_ADAPTER=$2
+  if [ -n "${2:-}" ]; then
+    adapter=(--adapter "$2")
+    export LDI_ADAPTER=$2
+  fi
+  rm -f "$out/failed"
   cp commit "$out"
   export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
 
-  step devices
   ./ldi-ops devices -q --json "$out/devices.json"
-  step "twins, by 64-bit integers and by pairs"
-  ./twins 2>&1 | tee "$out/twins.txt" | tail -3
+  echo "twins, by 64-bit integers and by pairs"
+  timeout 600 ./twins >"$out/twins.txt" 2>&1 || { tail -40 "$out/twins.txt"; exit 1; }
   for resolution in 512 1024 2048; do
-    step "sampler at $resolution rays"
-    timeout 300 ./ldi-bench gpu "${adapter[@]}" --resolution "$resolution" --rounds $((7680 / resolution)) \
-      --json "$out/gpu-$resolution.json" >"$out/gpu-$resolution.md"
+    step "the sampler at $resolution rays" 300 ./ldi-bench gpu "${adapter[@]}" --resolution "$resolution" \
+      --rounds $((7680 / resolution)) --json "$out/gpu-$resolution.json" >"$out/gpu-$resolution.md"
   done
-  step "the sampler of this machine's processor"
-  timeout 300 ./ldi-bench sampling --runs 5 --json "$out/sampling.json" >"$out/sampling.md"
-  commands "$out" "${adapter[@]}"
-  step "done: $out"
+  step "the sampler of the processor" 300 ./ldi-bench sampling --runs 5 --json "$out/sampling.json" >"$out/sampling.md"
+  commands
+  echo "done after $SECONDS s: $out"
+  if [ -e "$out/failed" ]; then
+    cat "$out/failed" >&2
+    exit 1
+  fi
 }
 
-# Whole commands on either device, three times each; the times are in the JSON of each.
+# Runs whole commands on either device, three times each. Times are in the JSON of each; the values must be the same.
 commands() {
-  local out=$1 models name command
-  shift
+  local models round name command
   models=$(mktemp -d)
-  step "models"
-  ./ldi-ops generate gyroid --part sheet --cells 4,4,4 -q -o "$models/gyroid.stl" >/dev/null
-  ./ldi-ops generate bone -q -o "$models/bone.stl" >/dev/null
-  ./ldi-ops generate bcc --cells 6,6,6 -q -o "$models/bcc.stl" >/dev/null
-  ./ldi-ops generate star -q -o "$models/star.stl" >/dev/null
   local gyroid=$models/gyroid.stl bone=$models/bone.stl bcc=$models/bcc.stl star=$models/star.stl
+  ./ldi-ops generate gyroid --part sheet --cells 4,4,4 -q -o "$gyroid" >/dev/null
+  ./ldi-ops generate bone -q -o "$bone" >/dev/null
+  ./ldi-ops generate bcc --cells 6,6,6 -q -o "$bcc" >/dev/null
+  ./ldi-ops generate star -q -o "$star" >/dev/null
   while read -r name command; do
-    step "$name: $command"
-    for device in cpu gpu; do
-      local chosen=(--backend cpu)
-      [ "$device" = cpu ] || chosen=(--backend gpu "$@")
-      for round in 1 2 3; do
-        # shellcheck disable=SC2086 — the words of a command
-        timeout 120 ./ldi-ops $command --unit mm "${chosen[@]}" -q --json "$out/$name-$device-$round.json" >/dev/null
-      done
+    for round in 1 2 3; do
+      # shellcheck disable=SC2086 — the words of a command
+      step "$name on the processor" 120 ./ldi-ops $command --unit mm --backend cpu -q --json "$out/$name-cpu-$round.json" \
+        >"$out/$name-cpu.txt" 2>/dev/null
+      # shellcheck disable=SC2086
+      step "$name on the GPU" 120 ./ldi-ops $command --unit mm --backend gpu "${adapter[@]}" -q \
+        --json "$out/$name-gpu-$round.json" >"$out/$name-gpu.txt" 2>/dev/null
     done
+    cmp -s "$out/$name-cpu.txt" "$out/$name-gpu.txt" || echo "$name: the devices differ" >>"$out/failed"
   done <<COMMANDS
 intersect intersect $gyroid $bcc --estimate --resolution 1024
 intersect-over intersect $gyroid $bcc --mode over --resolution 1024

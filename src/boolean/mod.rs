@@ -31,8 +31,6 @@ mod volume_bounds;
 
 pub use expression::Expression;
 pub use parse::{ExpressionError, Found};
-#[cfg(feature = "gpu")]
-pub(crate) use plan::TABLE_LEAVES;
 pub use plan::{Leaf, Plan};
 pub use sweep::Operand;
 pub use volume_bounds::VolumeBounds;

@@ -36,7 +36,7 @@ pub struct Plan {
 }
 
 /// Most leaves whose states are tabulated; the table then stays in the first-level cache.
-pub(crate) const TABLE_LEAVES: usize = 12;
+const TABLE_LEAVES: usize = 12;
 
 /// Most steps to fill a table: states times the steps of each.
 const TABLE_STEPS: usize = 1 << 24;
@@ -78,8 +78,8 @@ impl Plan {
     }
 
     /// Returns the result in every state of the leaves, bit by bit: bit `s` where the leaves inside are the bits of `s`. `None`
-    /// where there are more than [`TABLE_LEAVES`], or the expression is long.
-    pub(crate) fn table(&self) -> Option<&[u64]> {
+    /// where there are more than twelve leaves, or the expression is very long.
+    pub fn table(&self) -> Option<&[u64]> {
         self.table.as_deref()
     }
 }

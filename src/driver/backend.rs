@@ -6,12 +6,13 @@ use std::fmt;
 use super::device::Gpu;
 use super::gpu;
 use super::job::Backend;
-use crate::boolean::Plan;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums};
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums};
+use crate::sampler::{
+    Combination, Combined, Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums,
+};
 use crate::{Error, Warning};
 
 /// Triangles and expected crossings per CPU thread from which `auto` looks for a GPU.
@@ -264,28 +265,22 @@ impl Sampler for WithCpu {
         self.run(|sampler| sampler.solid_sums_along(solid, axes, mode, fill))
     }
 
-    fn evaluates(&self, plan: &Plan) -> bool {
-        self.fault.get().is_none() && self.gpu.sampler.evaluates(plan)
-    }
-
-    fn sample_expression(
+    fn sample_combination(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
+        combination: Combination,
         axis: Axis,
         fill: FillRule,
-    ) -> Result<Evaluated<Ldi>, SampleError> {
-        self.run(|sampler| sampler.sample_expression(plan, solids, axis, fill))
+    ) -> Result<Option<Combined<Ldi>>, SampleError> {
+        self.run(|sampler| sampler.sample_combination(combination, axis, fill))
     }
 
-    fn expression_sums_along(
+    fn combination_sums_along(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
+        combination: Combination,
         axes: &[Axis],
         fill: FillRule,
-    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
-        self.run(|sampler| sampler.expression_sums_along(plan, solids, axes, fill))
+    ) -> Result<Option<Vec<Combined<VolumeSums>>>, SampleError> {
+        self.run(|sampler| sampler.combination_sums_along(combination, axes, fill))
     }
 }
 

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::boolean::{Expression, Leaf, Operand, Plan};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{Ldi, VolumeSums, Windings};
-use crate::sampler::{Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, SolidSums};
+use crate::sampler::{Combination, Combined, Estimate, FillRule, MaskIntersection, Mode, SampleError, SolidSums};
 
 /// A maker of images along one axis, which also records times and the agreement of the fill rules.
 pub struct ImageMaker<'a> {
@@ -93,11 +93,11 @@ impl ImageMaker<'_> {
         image.map_err(Error::input)
     }
 
-    /// Returns whether the sampler sums the images along all axes itself, together.
-    pub fn sums_together(&self, measurement: &Measurement) -> bool {
+    /// Returns whether a device may sum the images along all axes together.
+    pub fn sums_together(measurement: &Measurement, mode: Mode) -> bool {
         match measurement {
             Measurement::Boolean(Boolean { expression, .. }) => {
-                masked(expression, self.mode).is_some() || self.sampler.evaluates(&Plan::new(expression, self.mode))
+                masked(expression, mode).is_some() || Plan::new(expression, mode).table().is_some()
             }
             Measurement::Volume | Measurement::Sample => true,
         }
@@ -128,10 +128,12 @@ impl ImageMaker<'_> {
             return self.timed(|maker| maker.sampler.intersection_sums_along(solids, axes, estimate, maker.fill));
         }
         let plan = Plan::new(expression, mode);
-        if self.sampler.evaluates(&plan) {
-            let solids: Vec<&LatticeSolid> = solids.iter().collect();
-            let made = self.timed(|maker| maker.sampler.expression_sums_along(&plan, &solids, axes, maker.fill))?;
-            return Ok(made.into_iter().map(|made| self.evaluated(&plan, made)).collect());
+        let sums = |maker: &Self, combination: Combination| {
+            maker.sampler.combination_sums_along(combination, axes, maker.fill)
+        };
+        if let Some(sums) = self.combined(&plan, solids, sums)? {
+            let result = |sums: Combined<VolumeSums>| self.recorded(&plan, sums);
+            return Ok(sums.into_iter().map(result).collect());
         }
         let along = |&axis: &Axis| {
             self.axis = axis;
@@ -148,10 +150,13 @@ impl ImageMaker<'_> {
     /// together.
     fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let plan = Plan::new(expression, self.mode);
-        if self.triangles == Triangles::NotWanted && self.sampler.evaluates(&plan) {
-            let solids: Vec<&LatticeSolid> = solids.iter().collect();
-            let made = self.timed(|maker| maker.sampler.sample_expression(&plan, &solids, maker.axis, maker.fill))?;
-            return Ok(self.evaluated(&plan, made));
+        if self.triangles == Triangles::NotWanted {
+            let image = |maker: &Self, combination: Combination| {
+                maker.sampler.sample_combination(combination, maker.axis, maker.fill)
+            };
+            if let Some(image) = self.combined(&plan, solids, image)? {
+                return Ok(self.recorded(&plan, image));
+            }
         }
         let leaves = plan.leaves().iter().map(|leaf| self.sample(&solids[leaf.input], leaf.input, leaf.mode));
         let leaves = leaves.collect::<Result<Vec<Ldi>, Error>>()?;
@@ -163,12 +168,24 @@ impl ImageMaker<'_> {
         Ok(image)
     }
 
-    /// Returns what a sampler made of an expression, and records what it tells of the inputs.
-    fn evaluated<T>(&mut self, plan: &Plan, made: Evaluated<T>) -> T {
-        for (leaf, windings) in plan.leaves().iter().zip(made.windings) {
+    /// Has the sampler combine the images of an expression, if it does and the expression has a table.
+    fn combined<T>(
+        &mut self,
+        plan: &Plan,
+        solids: &[LatticeSolid],
+        make: impl FnOnce(&Self, Combination) -> Result<Option<T>, SampleError>,
+    ) -> Result<Option<T>, Error> {
+        let Some(table) = plan.table() else { return Ok(None) };
+        let leaves: Vec<_> = plan.leaves().iter().map(|leaf| (&solids[leaf.input], leaf.mode)).collect();
+        self.timed(|maker| make(maker, Combination { leaves: &leaves, table }))
+    }
+
+    /// Returns a combined result, after it has recorded whether the fill rules agree in the images of its leaves.
+    fn recorded<T>(&mut self, plan: &Plan, combined: Combined<T>) -> T {
+        for (leaf, windings) in plan.leaves().iter().zip(combined.windings) {
             self.record_windings(leaf.input, windings);
         }
-        made.result
+        combined.result
     }
 
     /// Runs the sampler and adds its time to the sampling time.

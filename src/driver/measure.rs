@@ -515,7 +515,8 @@ fn sample_round<'b>(
             (volume_sums, solid_sums)
         } else {
             if sums.is_empty() {
-                let axes = if maker.sums_together(&job.measurement) { &job.axes[..] } else { &job.axes[index..=index] };
+                let together = ImageMaker::sums_together(&job.measurement, job.mode);
+                let axes = if together { &job.axes[..] } else { &job.axes[index..=index] };
                 sums = match has_moments {
                     true => {
                         let sums = maker.solid_sums(&lattice[0], axes)?;
@@ -530,8 +531,8 @@ fn sample_round<'b>(
             sums.remove(0)
         };
         if let Some(sums) = solid_sums {
-            round.moments.push(sums.moments());
-            round.shows_every_facet &= sums.shows_every_facet();
+            round.moments.push(integrate::moments_of_sums(&sums.moments, &round.grid, axis));
+            round.shows_every_facet &= integrate::sums_show_every_facet(&sums.volume, &sums.moments);
         }
         volumes.push(AxisVolume::from_sums(&volume_sums));
         round.layers[axis.depth()] = Some(volume_sums.layers());

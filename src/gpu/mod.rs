@@ -7,14 +7,14 @@
 #[cfg(feature = "gpu")]
 mod adapter;
 #[cfg(feature = "gpu")]
+mod costs;
+#[cfg(feature = "gpu")]
 mod device;
 mod error;
 #[cfg(feature = "gpu")]
 mod kernel;
 #[cfg(feature = "gpu")]
 mod pool;
-#[cfg(feature = "gpu")]
-mod probes;
 #[cfg(feature = "gpu")]
 mod recorder;
 #[cfg(feature = "gpu")]
@@ -27,6 +27,8 @@ pub(crate) mod validation;
 #[cfg(feature = "gpu")]
 pub use adapter::{Adapter, AdapterKind, AdapterLimits, adapters, choose};
 #[cfg(feature = "gpu")]
+pub use costs::Costs;
+#[cfg(feature = "gpu")]
 pub(crate) use device::held;
 #[cfg(feature = "gpu")]
 pub use device::{Counters, Device, Needs, StageTime};
@@ -35,8 +37,6 @@ pub use error::DeviceError;
 pub(crate) use kernel::{Access, Kernel};
 #[cfg(feature = "gpu")]
 pub(crate) use pool::{Pool, bytes_of};
-#[cfg(feature = "gpu")]
-pub use probes::Costs;
 #[cfg(feature = "gpu")]
 pub(crate) use recorder::{Recorder, WORKGROUP, Workgroups, counted, workgroups};
 #[cfg(feature = "gpu")]

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::cancel::checkpoint;
-use crate::ldi::Ldi;
+use crate::ldi::{Ldi, MomentSums, VolumeSums, Windings};
 
 /// Surface hits of an image, from which an area is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,9 +58,14 @@ pub fn surface_hits(image: &Ldi, facing: impl Fn(u32) -> f64 + Sync) -> SurfaceH
 /// Returns whether every facet that the rays of an exact image meet bounds the solid: no shells overlap on any ray, and none touch
 /// so that two facets lie at one depth, with solid on both sides or on neither.
 pub fn shows_every_facet(image: &Ldi) -> bool {
-    let agree = image.windings().is_some_and(|windings| windings.fill_rules_agree());
+    let agree = image.windings().is_some_and(Windings::fill_rules_agree);
     let rays = (0..image.rays()).into_par_iter().with_min_len(1 << 12);
     agree && rays.all(|ray| image.samples(ray).windows(2).all(|pair| pair[0] < pair[1]))
+}
+
+/// Returns the same from the sums over the image.
+pub fn sums_show_every_facet(volume: &VolumeSums, moments: &MomentSums) -> bool {
+    volume.windings().is_some_and(Windings::fill_rules_agree) && moments.coincident == 0
 }
 
 #[cfg(test)]
@@ -98,6 +103,9 @@ mod tests {
             let all = if fill == FillRule::EvenOdd { 4.0 } else { 2.0 };
             assert_eq!(hits, SurfaceHits { boundary: 2.0, all }, "{fill:?}");
             assert_eq!(volume(&image), 2.0);
+            let shows = fill == FillRule::NonZero;
+            assert_eq!(shows_every_facet(&image), shows, "{fill:?}");
+            assert_eq!(sums_show_every_facet(&image.volume_sums(), &image.moment_sums()), shows, "{fill:?}");
         }
     }
 }

@@ -7,8 +7,8 @@ mod area;
 mod moments;
 mod volume;
 
-pub use area::{SurfaceHits, shows_every_facet, surface_hits};
-pub use moments::{MOMENTS, MomentSums, Moments, moments};
+pub use area::{SurfaceHits, shows_every_facet, sums_show_every_facet, surface_hits};
+pub use moments::{Moments, moments, moments_of_sums};
 pub use volume::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 
 use rayon::prelude::*;

@@ -1,11 +1,8 @@
 //! Volume, centroid and inertia tensor from exact sums over the columns of an image.
 
-use glam::{DMat3, DVec3};
-use rayon::prelude::*;
-
-use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
-use crate::ldi::{Ldi, Spans};
+use crate::ldi::{Ldi, MomentSums};
+use glam::{DMat3, DVec3};
 
 /// Volume, first and second moments of a solid of unit density.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,120 +15,13 @@ pub struct Moments {
     pub inertia: DMat3,
 }
 
-/// Exact sums over the columns of an image: the volume integrals of the monomials up to degree two in column, row and depth.
-/// Columns and rows count in half pixels from the corner of the image, depths in lattice steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MomentSums {
-    one: i128,
-    column: i128,
-    row: i128,
-    twice_depth: i128,
-    column_column: i128,
-    row_row: i128,
-    thrice_depth_depth: i128,
-    column_row: i128,
-    twice_column_depth: i128,
-    twice_row_depth: i128,
-    coincident: u64,
-}
-
-/// Number of the sums.
-pub const MOMENTS: usize = 10;
-
-impl MomentSums {
-    /// Builds the sums of an image that was summed elsewhere, in the order of the fields: over 1, column, row, 2 depth, column²,
-    /// row², 3 depth², column · row, 2 column · depth and 2 row · depth; and the number of coincident samples.
-    pub fn from_parts(sums: [i128; MOMENTS], coincident: u64) -> MomentSums {
-        let [one, column, row, twice_depth, column_column, row_row, thrice_depth_depth, ..] = sums;
-        let [.., column_row, twice_column_depth, twice_row_depth] = sums;
-        MomentSums {
-            one,
-            column,
-            row,
-            twice_depth,
-            column_column,
-            row_row,
-            thrice_depth_depth,
-            column_row,
-            twice_column_depth,
-            twice_row_depth,
-            coincident,
-        }
-    }
-
-    /// Sums an image.
-    pub fn of(image: &Ldi) -> MomentSums {
-        let (_, rows) = image.size();
-        let of_row = |row| MomentSums::of_row(image, row);
-        (0..rows).into_par_iter().map(of_row).reduce(MomentSums::default, MomentSums::plus)
-    }
-
-    /// Returns the number of samples at the depth of the one before on their ray.
-    pub fn coincident(&self) -> u64 {
-        self.coincident
-    }
-
-    /// Returns the sums over one row of columns.
-    fn of_row(image: &Ldi, row: u32) -> MomentSums {
-        checkpoint();
-        let (columns, _) = image.size();
-        let mut sums = MomentSums::default();
-        for column in 0..columns {
-            // On a ray of at most 2^30 steps Σ(end − start) ≤ 2^30 and Σ(end² − start²) ≤ 2^60.
-            let (mut one, mut two, mut three) = (0i64, 0i64, 0i128);
-            let samples = image.samples(row * columns + column);
-            sums.coincident += samples.windows(2).filter(|pair| pair[0] == pair[1]).count() as u64;
-            for (start, end) in Spans::new(samples) {
-                let (start, end) = (i64::from(start), i64::from(end));
-                one += end - start;
-                two += (end - start) * (end + start);
-                three += i128::from(end - start) * i128::from(end * end + end * start + start * start);
-            }
-            let column = i64::from(2 * column + 1);
-            sums.one += i128::from(one);
-            sums.column += i128::from(column * one);
-            sums.twice_depth += i128::from(two);
-            sums.column_column += i128::from(column * column) * i128::from(one);
-            sums.thrice_depth_depth += three;
-            sums.twice_column_depth += i128::from(column) * i128::from(two);
-        }
-        let row = i128::from(2 * row + 1);
-        sums.row = row * sums.one;
-        sums.row_row = row * row * sums.one;
-        sums.column_row = row * sums.column;
-        sums.twice_row_depth = row * sums.twice_depth;
-        sums
-    }
-
-    /// Returns the sums over both.
-    pub fn plus(self, other: MomentSums) -> MomentSums {
-        MomentSums {
-            one: self.one + other.one,
-            column: self.column + other.column,
-            row: self.row + other.row,
-            twice_depth: self.twice_depth + other.twice_depth,
-            column_column: self.column_column + other.column_column,
-            row_row: self.row_row + other.row_row,
-            thrice_depth_depth: self.thrice_depth_depth + other.thrice_depth_depth,
-            column_row: self.column_row + other.column_row,
-            twice_column_depth: self.twice_column_depth + other.twice_column_depth,
-            twice_row_depth: self.twice_row_depth + other.twice_row_depth,
-            coincident: self.coincident + other.coincident,
-        }
-    }
-
-    /// Returns volume, centroid and inertia tensor of the solid in the image, whose rays lie along an axis of a grid.
-    pub fn moments(&self, grid: &Grid, axis: Axis) -> Moments {
-        moments_of(self, grid, axis)
-    }
-}
-
 /// Returns volume, centroid and inertia tensor of the solid in an image.
 pub fn moments(image: &Ldi) -> Moments {
-    MomentSums::of(image).moments(image.grid(), image.axis())
+    moments_of_sums(&image.moment_sums(), image.grid(), image.axis())
 }
 
-fn moments_of(sums: &MomentSums, grid: &Grid, axis: Axis) -> Moments {
+/// Returns the same from the sums over an image whose rays lie along an axis of a grid.
+pub fn moments_of_sums(sums: &MomentSums, grid: &Grid, axis: Axis) -> Moments {
     let volume = grid.pitch() * grid.pitch() * (grid.step() * sums.one as f64);
     if sums.one == 0 {
         return Moments { volume, centroid: DVec3::NAN, inertia: DMat3::NAN };

@@ -4,6 +4,7 @@ mod bands;
 mod coverage;
 mod error;
 mod kind;
+mod moment_sums;
 mod nodes;
 #[cfg(feature = "npz")]
 pub mod npz;
@@ -18,6 +19,7 @@ pub(crate) use bands::{BandImage, image_from_bands};
 pub use coverage::coverage;
 pub use error::LdiError;
 pub use kind::{Estimate, FillRule, Mode};
+pub use moment_sums::MomentSums;
 pub use nodes::{NodePlanes, NodeSlab, NodesError};
 pub use spans::Spans;
 pub use triangle_ids::NO_TRIANGLE;

@@ -87,12 +87,10 @@ pub(crate) mod lists;
 #[doc(hidden)]
 pub mod stages;
 
-use crate::boolean::{BooleanError, Leaf, Operand, Plan};
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
-use crate::integrate::{MomentSums, Moments};
 pub use crate::ldi::{Estimate, FillRule, Mode};
-use crate::ldi::{Ldi, TooManySamples, VolumeSums, Windings};
+use crate::ldi::{Ldi, MomentSums, TooManySamples, VolumeSums, Windings};
 
 /// The reason why an image could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -117,16 +115,26 @@ pub enum SampleError {
     TooManySamples(#[from] TooManySamples),
 }
 
-/// The result of an expression, and what the images of its leaves tell of them.
+/// A set expression of images, one image for each of its leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct Combination<'a> {
+    /// The solid of each leaf, and the mode of its image.
+    pub leaves: &'a [(&'a LatticeSolid<'a>, Mode)],
+    /// The result for every set of leaves ([`Plan::table`](crate::boolean::Plan::table)): bit `s` tells whether a point is in it
+    /// that lies in those leaves alone which are the bits of `s`.
+    pub table: &'a [u64],
+}
+
+/// The result of a combination, and the winding sums of the images that it was made of.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Evaluated<T> {
+pub struct Combined<T> {
     /// The image, or its sums.
     pub result: T,
-    /// The winding sums of the image of each leaf of the plan, as [`Ldi::windings`] gives them.
+    /// The winding sums of the image of each leaf, as [`Ldi::windings`] gives them.
     pub windings: Vec<Option<Windings>>,
 }
 
-/// The sums over an image from which volume, moments and errors follow.
+/// The sums over an image from which volume, centroid and inertia follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidSums {
     /// Those for the volume.
@@ -138,18 +146,7 @@ pub struct SolidSums {
 impl SolidSums {
     /// Sums an image.
     pub fn of(image: &Ldi) -> SolidSums {
-        SolidSums { volume: image.volume_sums(), moments: MomentSums::of(image) }
-    }
-
-    /// Returns volume, centroid and inertia tensor.
-    pub fn moments(&self) -> Moments {
-        self.moments.moments(self.volume.grid(), self.volume.axis())
-    }
-
-    /// Returns whether every facet that the rays of an exact image meet bounds the solid
-    /// ([`shows_every_facet`](crate::integrate::shows_every_facet)).
-    pub fn shows_every_facet(&self) -> bool {
-        self.volume.windings().is_some_and(Windings::fill_rules_agree) && self.moments.coincident() == 0
+        SolidSums { volume: image.volume_sums(), moments: image.moment_sums() }
     }
 }
 
@@ -206,78 +203,28 @@ pub trait Sampler {
         axes.iter().map(|&axis| Ok(SolidSums::of(&self.sample(solid, axis, mode, fill)?))).collect()
     }
 
-    /// Returns whether a device evaluates the expression of a plan itself, so that the images of its leaves need not leave it.
-    fn evaluates(&self, _plan: &Plan) -> bool {
-        false
-    }
-
-    /// Returns the image of an expression of some solids, without triangles: [`Plan::sweep`] of the image of each leaf.
-    ///
-    /// # Panics
-    /// If the plan has an input for which there is no solid.
-    fn sample_expression(
+    /// Returns the image of a combination, without triangles: that of [`Plan::sweep`](crate::boolean::Plan::sweep) over the image
+    /// of each leaf, none of which leaves the device. `None` from a sampler without a device, or where the device has no room for
+    /// all leaves at once; the caller then combines their images.
+    fn sample_combination(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
-        axis: Axis,
-        fill: FillRule,
-    ) -> Result<Evaluated<Ldi>, SampleError> {
-        by_images(self, plan, solids, axis, fill)
+        _combination: Combination,
+        _axis: Axis,
+        _fill: FillRule,
+    ) -> Result<Option<Combined<Ldi>>, SampleError> {
+        Ok(None)
     }
 
-    /// Returns the sums over the images of [`sample_expression`](Self::sample_expression) along several axes, each once, which a
-    /// device makes together.
-    ///
-    /// # Panics
-    /// If the plan has an input for which there is no solid.
-    fn expression_sums_along(
+    /// Returns the sums over the images of [`sample_combination`](Self::sample_combination) along several axes, each once, made
+    /// together; `None` where those are.
+    fn combination_sums_along(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
-        axes: &[Axis],
-        fill: FillRule,
-    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
-        sums_by_images(self, plan, solids, axes, fill)
+        _combination: Combination,
+        _axes: &[Axis],
+        _fill: FillRule,
+    ) -> Result<Option<Vec<Combined<VolumeSums>>>, SampleError> {
+        Ok(None)
     }
-}
-
-/// Returns the solid of each leaf of a plan.
-pub(crate) fn leaves_of<'s, 'm>(plan: &Plan, solids: &[&'s LatticeSolid<'m>]) -> Vec<&'s LatticeSolid<'m>> {
-    plan.leaves().iter().map(|leaf| solids[leaf.input]).collect()
-}
-
-/// Evaluates an expression by the images of its leaves.
-fn by_images(
-    sampler: &(impl Sampler + ?Sized),
-    plan: &Plan,
-    solids: &[&LatticeSolid],
-    axis: Axis,
-    fill: FillRule,
-) -> Result<Evaluated<Ldi>, SampleError> {
-    let leaves = leaves_of(plan, solids);
-    admit(&leaves, fill)?;
-    let image = |(solid, leaf): (&&LatticeSolid, &Leaf)| sampler.sample(solid, axis, leaf.mode, fill);
-    let images = leaves.iter().zip(plan.leaves()).map(image).collect::<Result<Vec<Ldi>, SampleError>>()?;
-    let result = plan.sweep(&images.iter().map(Operand::from).collect::<Vec<_>>()).map_err(|error| match error {
-        BooleanError::TooManySamples(error) => SampleError::TooManySamples(error),
-        error => unreachable!("images on one grid, without triangles, can be combined: {error}"),
-    })?;
-    Ok(Evaluated { result, windings: images.iter().map(Ldi::windings).collect() })
-}
-
-/// Sums the images of an expression, made by those of its leaves.
-fn sums_by_images(
-    sampler: &(impl Sampler + ?Sized),
-    plan: &Plan,
-    solids: &[&LatticeSolid],
-    axes: &[Axis],
-    fill: FillRule,
-) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
-    let along = |&axis: &Axis| {
-        let Evaluated { result, windings } = by_images(sampler, plan, solids, axis, fill)?;
-        Ok(Evaluated { result: result.volume_sums(), windings })
-    };
-    axes.iter().map(along).collect()
 }
 
 /// Intersects two solids on one grid while it samples them, in bit masks (Leung & Wang, section 4): conservative images alone.

@@ -1,7 +1,7 @@
 //! Compares the GPU's sampler with the CPU's, byte for byte. Needs an adapter, be it a software one, and fails without one.
 //!
-//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. One function, in [`comparison`], makes all
-//! comparisons; tests show that it fails where it should.
+//! The adapter is the first that is found, or the one that `LDI_ADAPTER` names. One function, in [`comparison`], compares all
+//! images word for word; tests show that it fails where it should. Sums are compared by `==`.
 
 #[path = "../oracle/any_expression.rs"]
 mod any_expression;

@@ -4,19 +4,18 @@ use super::band::{Band, cut};
 use super::stages::{Flag, Flags};
 use super::view::{MOST_BANDS, MOST_LEAVES, words};
 use super::{GpuSampler, Route};
-use crate::boolean::{Leaf, Plan};
 use crate::gpu::{WORKGROUP, bytes_of};
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 use crate::sampler::layout::Window;
 use crate::sampler::lists::Keep;
-use crate::sampler::{Estimate, FillRule, Mode, SampleError, admit, region_of_both};
+use crate::sampler::{Combination, Estimate, FillRule, Mode, SampleError, admit, region_of_both};
 
 /// The parameters of requested images of the same solids along several axes.
 pub(super) struct Image {
     pub grid: Grid,
     pub fill: FillRule,
     pub result: Outcome,
-    /// What is seen of each solid.
+    /// The solids, each with the part of it that matters.
     pub parts: Vec<Part>,
     windows: [Window; 3],
     pub keeps_triangles: bool,
@@ -30,17 +29,17 @@ pub(super) struct Image {
     pub has_moments: bool,
 }
 
-/// What is made of the crossings of the solids.
+/// The way from the crossings of the solids to the image.
 pub(super) enum Outcome {
     /// The image of the only solid.
     Own,
     /// The estimate of the intersection of two, voxel by voxel.
     Both,
-    /// That of an expression, from the images of its leaves: a bit for each set of leaves, whether those alone are the result.
-    Expression(Vec<u32>),
+    /// The combination of the images of all, by its table in words of the device.
+    Combination(Vec<u32>),
 }
 
-/// A solid as it is seen.
+/// A solid, its image and its window.
 pub(super) struct Part {
     pub mode: Mode,
     /// The rays that can matter.
@@ -120,25 +119,23 @@ impl Image {
         })
     }
 
-    /// Returns the parameters of images of an expression of solids, one for each leaf; `table` is that of its plan.
-    pub fn of_expression(
-        plan: &Plan,
-        table: &[u64],
-        leaves: &[&LatticeSolid],
+    /// Returns the parameters of images of a combination of at most [`MOST_LEAVES`] leaves, one at least.
+    pub fn of_combination(
+        Combination { leaves, table }: Combination,
+        solids: &[&LatticeSolid],
         fill: FillRule,
     ) -> Result<Image, SampleError> {
-        let grid = admit(leaves, fill)?;
-        let part = |(solid, leaf): (&&LatticeSolid, &Leaf)| Part::new(solid, leaf.mode, solid.region());
-        let parts: Vec<Part> = leaves.iter().zip(plan.leaves()).map(part).collect();
-        assert!(parts.len() <= MOST_LEAVES, "the states of {} leaves are not tabulated", parts.len());
+        assert!((1..=MOST_LEAVES).contains(&leaves.len()), "{} leaves", leaves.len());
+        let grid = admit(solids, fill)?;
+        let parts: Vec<Part> = leaves.iter().map(|&(solid, mode)| Part::new(solid, mode, solid.region())).collect();
         let around = |axis: Axis| {
             let windows = parts.iter().map(|part| part.windows[axis.depth()].clone());
-            windows.reduce(Window::around).expect("an expression has leaves")
+            windows.reduce(Window::around).expect("there is a leaf")
         };
         Ok(Image {
             grid,
             fill,
-            result: Outcome::Expression(table.iter().flat_map(|&word| [word as u32, (word >> 32) as u32]).collect()),
+            result: Outcome::Combination(table.iter().flat_map(|&word| [word as u32, (word >> 32) as u32]).collect()),
             windows: Axis::ALL.map(around),
             parts,
             keeps_triangles: false,
@@ -157,7 +154,7 @@ impl Image {
     /// Returns the number of images of leaves, each with its winding sums.
     pub fn leaves(&self) -> usize {
         match self.result {
-            Outcome::Expression(_) => self.parts.len(),
+            Outcome::Combination(_) => self.parts.len(),
             _ => 0,
         }
     }
@@ -180,7 +177,8 @@ impl Image {
         Band::of_rows(axis, self.window_rows(axis), self.grid.image_size(axis).0)
     }
 
-    /// Returns the flags of the variants of the stages that make it; for one that looks at one solid alone, of that.
+    /// Returns the flags of the variants of the stages that make the image of a part. Stages that look at all parts have no
+    /// flags in which those differ.
     pub fn flags(&self, part: usize) -> Flags {
         let mode = self.parts[part].mode;
         Flags::of(&[
@@ -196,7 +194,9 @@ impl Image {
     /// Returns the route of the jobs and the most rays of one.
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
-        let by_lists = Way { route: Route::Lists, most_rays: options.band_rays };
+        // Each ray has as many lists as there are leaves.
+        let most_rays = (options.band_rays / self.leaves().max(1) as u32).max(1);
+        let by_lists = Way { route: Route::Lists, most_rays };
         let has_masks = self.leaves() == 0 && self.parts[0].mode != Mode::Exact && self.fill == FillRule::EvenOdd;
         match options.route {
             Route::Masks if has_masks => self.by_masks(sampler).unwrap_or(by_lists),

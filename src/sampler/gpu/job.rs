@@ -12,7 +12,7 @@ use crate::gpu::{DeviceError, Pool, Recorder, Workgroups, bytes_of, counted, wor
 use crate::ldi::{BandImage, Windings};
 use crate::sampler::stages::UNCLOSED;
 
-/// Bands of images of one or two solids.
+/// Bands of images of one solid, of the intersection of two, or of a combination.
 pub(super) struct Job<'a> {
     pub sampler: &'a GpuSampler,
     pub pool: &'a mut Pool,
@@ -49,7 +49,7 @@ impl JobError {
     }
 }
 
-/// The image of a band, read back, and the winding sums of the images of the leaves of an expression.
+/// The image of a band, read back, and the winding sums of the images of the leaves of a combination.
 pub(super) struct Brought {
     pub image: BandImage,
     pub of_leaves: Vec<Windings>,

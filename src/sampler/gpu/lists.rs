@@ -159,7 +159,7 @@ impl Job<'_> {
                 self.by_ray(recorder, &MEET, &bound)?;
                 loose
             }
-            Outcome::Expression(table) => {
+            Outcome::Combination(table) => {
                 let of_leaves = self.words("sample counts of leaves", lists.lists)?;
                 for part in 0..self.solids.len() {
                     self.resolve_part(recorder, lists, part, [&of_leaves, &tallies])?;
@@ -205,12 +205,22 @@ impl Job<'_> {
 
     /// Returns the number of words of each crossing that an image takes besides the lists.
     pub fn words_of_image(&self) -> u64 {
-        match (self.solids.len(), self.image.is_dense, self.image.keeps_triangles) {
-            (1, true, _) => 0,
-            (1, false, true) => 2,
-            (1, false, false) => 1,
+        match (&self.image.result, self.image.is_dense, self.image.keeps_triangles) {
+            (Outcome::Own, true, _) => 0,
+            (Outcome::Own, false, false) => 1,
             _ => 2,
         }
+    }
+
+    /// Refuses rays of more crossings than the loops of the stages behind `greatest` of one list are certain to complete.
+    /// `combine` looks at every leaf twice for each of the depths of all.
+    pub fn admit_rounds(&self, greatest: u32) -> Result<(), DeviceError> {
+        let leaves = self.image.leaves() as u32;
+        let rounds = match leaves {
+            0 => greatest,
+            _ => greatest.saturating_mul(leaves).saturating_mul((2 * leaves + 5).max(8)) / 8,
+        };
+        self.sampler.device.admit_rounds(rounds)
     }
 
     /// Makes the images and reads them back, with the counts of their rays where some are unclosed. Where a window leaves out part
@@ -238,7 +248,7 @@ impl Job<'_> {
         };
         let (greatest, result) = self.by_lists(others, record, take)?;
         // The stage that resolves a ray iterates over all of its crossings.
-        self.sampler.device.admit_rounds(greatest)?;
+        self.admit_rounds(greatest)?;
         let Some((compact, counts)) = made else { unreachable!("lists were recorded") };
         let (images, has_unclosed) = match result {
             Ok(images) => images,

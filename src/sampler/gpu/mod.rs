@@ -2,7 +2,7 @@
 //!
 //! # Two routes
 //! **Lists**, for everything: `cover` (the only geometry pass; `append` takes the crossings it finds) → `scan` → `place` (by ray)
-//! → `sort` (long lists) → `resolve`, for an expression of each leaf and then `combine`, or for the estimated intersection of two
+//! → `sort` (long lists) → `resolve`, of each leaf of a combination, then `combine`, or for the estimated intersection of two
 //! solids `sort` and `meet` → where samples leave the device `scan` → `compact`; of
 //! triangles that bound nothing by themselves `gaps` → `scan` → `offsets` and `keep`, in place of those. The images along all
 //! three axes are made in one recording, each triangle is read once, and the host waits once: there is room for as many
@@ -36,20 +36,16 @@ mod volume_sums;
 use std::sync::{Arc, Mutex};
 
 use super::stages::{ListStages, MaskStages};
-use super::{
-    Estimate, Evaluated, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums, by_images, leaves_of,
-    sums_by_images,
-};
-use crate::boolean::Plan;
+use super::{Combination, Combined, Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler, SolidSums};
 use crate::gpu::{Adapter, Device, DeviceError, Pool, held};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::{BandImage, ImageBuilder, Ldi, LdiError, VolumeSums, Windings};
 use band::Band;
 use image::{Image, Way};
 use job::{Job, JobError};
-use solid::{ResidentSolid, Residents};
+use solid::{ResidentSolid, Residents, bytes_of_all};
 use stages::Kernels;
-use view::View;
+use view::{MOST_LEAVES, View};
 use volume_sums::sums_by_leaf;
 
 pub use stages::Arithmetic;
@@ -182,7 +178,12 @@ impl GpuSampler {
     }
 
     /// Makes images along some axes.
-    fn images(&self, solids: &[&LatticeSolid], image: &Image, axes: &[Axis]) -> Result<Vec<Made<Ldi>>, SampleError> {
+    fn images(
+        &self,
+        solids: &[&LatticeSolid],
+        image: &Image,
+        axes: &[Axis],
+    ) -> Result<Vec<WithLeaves<Ldi>>, SampleError> {
         assert!(are_different(axes), "{axes:?} has an axis twice");
         let no_windings = image.counts_windings().then(Windings::default);
         let mut builders = Vec::new();
@@ -211,7 +212,7 @@ impl GpuSampler {
         let finished = |((mut builder, &axis), of_leaves): ((ImageBuilder, &Axis), Vec<Windings>)| {
             let (columns, rows) = image.grid.image_size(axis);
             builder.append(BandImage::of_empty_rays((rows - image.window_rows(axis).end) * columns, no_windings))?;
-            Ok(Made { result: builder.finish_checked().map_err(unsound)?, of_leaves })
+            Ok(WithLeaves { result: builder.finish_checked().map_err(unsound)?, of_leaves })
         };
         builders.into_iter().zip(axes).zip(of_leaves).map(finished).collect()
     }
@@ -269,6 +270,26 @@ impl GpuSampler {
         Ok(())
     }
 
+    /// Makes something of a combination; `None` where there is no room for all of its leaves at once, or its rays have more
+    /// crossings than the adapter is certain to complete.
+    fn combined<T>(
+        &self,
+        combination: Combination,
+        fill: FillRule,
+        make: impl FnOnce(&[&LatticeSolid], &Image) -> Result<Vec<WithLeaves<T>>, SampleError>,
+    ) -> Result<Option<Vec<Combined<T>>>, SampleError> {
+        use DeviceError::{Inadequate, OutOfMemory, TooLarge};
+        let solids: Vec<&LatticeSolid> = combination.leaves.iter().map(|&(solid, _)| solid).collect();
+        if !(1..=MOST_LEAVES).contains(&solids.len()) || bytes_of_all(&solids) > self.options.memory {
+            return Ok(None);
+        }
+        let image = Image::of_combination(combination, &solids, fill)?;
+        match make(&solids, &image) {
+            Err(SampleError::Device(Inadequate { .. } | OutOfMemory { .. } | TooLarge { .. })) => Ok(None),
+            made => Ok(Some(made?.into_iter().map(|made| made.combined(&image)).collect())),
+        }
+    }
+
     /// Returns the error of a job that cannot be divided further.
     fn refused(&self, error: JobError) -> SampleError {
         match error {
@@ -294,33 +315,33 @@ fn are_different(axes: &[Axis]) -> bool {
     axes.iter().enumerate().all(|(i, axis)| !axes[..i].contains(axis))
 }
 
-/// A result, and the winding sums of the images of the leaves of an expression.
-struct Made<T> {
+/// A result, and the winding sums of the images of leaves, if it is that of a combination.
+struct WithLeaves<T> {
     result: T,
     of_leaves: Vec<Windings>,
 }
 
-impl<T> Made<T> {
-    fn map<U>(self, of: impl FnOnce(T) -> U) -> Made<U> {
-        Made { result: of(self.result), of_leaves: self.of_leaves }
+impl<T> WithLeaves<T> {
+    fn map<U>(self, of: impl FnOnce(T) -> U) -> WithLeaves<U> {
+        WithLeaves { result: of(self.result), of_leaves: self.of_leaves }
     }
 
     /// Returns the result with the winding sums of those leaves that have any.
-    fn evaluated(self, image: &Image) -> Evaluated<T> {
+    fn combined(self, image: &Image) -> Combined<T> {
         // Without rays in the windows nothing was summed.
         let sums = self.of_leaves.into_iter().chain(std::iter::repeat(Windings::default()));
         let windings = image.parts.iter().zip(sums).map(|(part, sums)| part.counts_windings.then_some(sums));
-        Evaluated { windings: windings.collect(), result: self.result }
+        Combined { windings: windings.collect(), result: self.result }
     }
 }
 
 /// Returns the results alone.
-fn results<T>(made: Vec<Made<T>>) -> Vec<T> {
+fn results<T>(made: Vec<WithLeaves<T>>) -> Vec<T> {
     made.into_iter().map(|made| made.result).collect()
 }
 
 /// Returns the sums for volumes alone.
-fn volumes(made: Vec<Made<SolidSums>>) -> Vec<VolumeSums> {
+fn volumes(made: Vec<WithLeaves<SolidSums>>) -> Vec<VolumeSums> {
     made.into_iter().map(|made| made.result.volume).collect()
 }
 
@@ -378,35 +399,26 @@ impl Sampler for GpuSampler {
         Ok(results(self.sums(&[solid], &Image::of_moments(solid, mode, fill)?, axes)?))
     }
 
-    fn evaluates(&self, plan: &Plan) -> bool {
-        plan.table().is_some()
-    }
-
-    fn sample_expression(
+    fn sample_combination(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
+        combination: Combination,
         axis: Axis,
         fill: FillRule,
-    ) -> Result<Evaluated<Ldi>, SampleError> {
-        let Some(table) = plan.table() else { return by_images(self, plan, solids, axis, fill) };
-        let leaves = leaves_of(plan, solids);
-        let image = Image::of_expression(plan, table, &leaves, fill)?;
-        Ok(only(self.images(&leaves, &image, &[axis])?).evaluated(&image))
+    ) -> Result<Option<Combined<Ldi>>, SampleError> {
+        let made = self.combined(combination, fill, |solids, image| self.images(solids, image, &[axis]))?;
+        Ok(made.map(only))
     }
 
-    fn expression_sums_along(
+    fn combination_sums_along(
         &self,
-        plan: &Plan,
-        solids: &[&LatticeSolid],
+        combination: Combination,
         axes: &[Axis],
         fill: FillRule,
-    ) -> Result<Vec<Evaluated<VolumeSums>>, SampleError> {
-        let Some(table) = plan.table() else { return sums_by_images(self, plan, solids, axes, fill) };
-        let leaves = leaves_of(plan, solids);
-        let image = Image::of_expression(plan, table, &leaves, fill)?;
-        let evaluated = |made: Made<SolidSums>| made.map(|sums| sums.volume).evaluated(&image);
-        Ok(self.sums(&leaves, &image, axes)?.into_iter().map(evaluated).collect())
+    ) -> Result<Option<Vec<Combined<VolumeSums>>>, SampleError> {
+        self.combined(combination, fill, |solids, image| {
+            let sums = self.sums(solids, image, axes)?;
+            Ok(sums.into_iter().map(|sums| sums.map(|sums| sums.volume)).collect())
+        })
     }
 }
 

@@ -194,6 +194,13 @@ fn upload_blocks(
     blocks.chunks(at_once).map(upload).collect()
 }
 
+/// Returns the bytes that the geometry of some solids takes on a device, each solid once, but for blocks of rows.
+pub fn bytes_of_all(solids: &[&LatticeSolid]) -> u64 {
+    let is_first = |i: &usize| !solids[..*i].iter().any(|other| other.identity() == solids[*i].identity());
+    let bytes = |i: usize| CORNER_BYTES * (solids[i].positions().len() + solids[i].triangles().len()) as u64;
+    (0..solids.len()).filter(is_first).map(bytes).sum()
+}
+
 /// The most recently sampled solids, so that three axes cost one upload.
 #[derive(Default)]
 pub struct Residents {

@@ -6,10 +6,8 @@ use super::Route;
 use super::band::Band;
 use super::image::Image;
 use super::network::NETWORK;
-use crate::boolean::TABLE_LEAVES;
 use crate::gpu::{WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
-use crate::integrate::MOMENTS;
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
@@ -17,8 +15,11 @@ use crate::sampler::stages::UNCLOSED;
 /// Most bands of one job.
 pub const MOST_BANDS: usize = 3;
 
-/// Most leaves of an expression.
-pub const MOST_LEAVES: usize = TABLE_LEAVES;
+/// Most leaves of a combination.
+pub const MOST_LEAVES: usize = 12;
+
+/// Number of sums for moments.
+pub const MOMENTS: usize = 10;
 
 /// Number of rows of a block of a large triangle.
 pub const BLOCK_ROWS: u32 = 8;

@@ -5,12 +5,11 @@ use super::image::{Image, Way};
 use super::job::{DeviceImage, Job, JobError};
 use super::lists::Lists;
 use super::stages::{MOMENT_SUMS, VOLUME_SUMS};
-use super::view::{Found, LEVEL_SUMS, MOMENT_WORDS, NODE_SUMS, SUMS, TOTALS_WORDS, Tally, wide};
-use super::{GpuSampler, Made, Route, are_different};
+use super::view::{Found, LEVEL_SUMS, MOMENT_WORDS, MOMENTS, NODE_SUMS, SUMS, TOTALS_WORDS, Tally, wide};
+use super::{GpuSampler, Route, WithLeaves, are_different};
 use crate::gpu::{DeviceError, Recorder, bytes_of};
 use crate::grid::{Axis, LatticeSolid};
-use crate::integrate::{MOMENTS, MomentSums};
-use crate::ldi::{Ldi, RaySums, VolumeSums, Windings};
+use crate::ldi::{Ldi, MomentSums, RaySums, VolumeSums, Windings};
 use crate::sampler::{SampleError, SolidSums};
 
 /// The sums over the counted rows of a band.
@@ -21,7 +20,7 @@ struct BandSums {
     samples: u64,
     unclosed: u64,
     windings: Windings,
-    /// Those of the images of the leaves of an expression.
+    /// Those of the images of the leaves of a combination.
     of_leaves: Vec<Windings>,
     moments: MomentSums,
 }
@@ -63,7 +62,22 @@ impl BandSums {
 /// Returns the sums for moments that were read back for one band.
 fn moments_of(totals: &[u32]) -> MomentSums {
     let sum = |i: usize| (0..4).fold(0, |sum, word| sum | u128::from(totals[4 * i + word]) << (32 * word)) as i128;
-    MomentSums::from_parts(std::array::from_fn(sum), totals[4 * MOMENTS].into())
+    let sums: [i128; MOMENTS] = std::array::from_fn(sum);
+    let [one, column, row, twice_depth, column_column, row_row, thrice_depth_depth, ..] = sums;
+    let [.., column_row, twice_column_depth, twice_row_depth] = sums;
+    MomentSums {
+        one,
+        column,
+        row,
+        twice_depth,
+        column_column,
+        row_row,
+        thrice_depth_depth,
+        column_row,
+        twice_column_depth,
+        twice_row_depth,
+        coincident: totals[4 * MOMENTS].into(),
+    }
 }
 
 /// Returns the winding sums of each leaf in two bands together; a band may have none.
@@ -91,7 +105,7 @@ impl Job<'_> {
         };
         let (greatest, sums) =
             self.by_lists(others, record, |job, found: &Found, parts| (found.greatest, job.sums_of(parts)))?;
-        self.sampler.device.admit_rounds(greatest)?;
+        self.admit_rounds(greatest)?;
         Ok(sums)
     }
 
@@ -135,7 +149,7 @@ impl GpuSampler {
         solids: &[&LatticeSolid],
         image: &Image,
         axes: &[Axis],
-    ) -> Result<Vec<Made<SolidSums>>, SampleError> {
+    ) -> Result<Vec<WithLeaves<SolidSums>>, SampleError> {
         assert!(are_different(axes), "{axes:?} has an axis twice");
         let mut sums = [(); 3].map(|()| BandSums::default());
         let take = |band: &Band, part: BandSums| {
@@ -154,14 +168,18 @@ impl GpuSampler {
                     let counts = [samples, unclosed];
                     let volume = VolumeSums::from_parts(image.grid, axis, sums, layers, counts, windings);
                     let result = SolidSums { volume, moments };
-                    Made { result, of_leaves }
+                    WithLeaves { result, of_leaves }
                 };
                 Ok(axes.iter().map(sums_along).collect())
             }
             Some(Err(error)) if !is_too_large(&error) => Err(error),
             _ => {
-                let images = self.images(solids, image, axes)?;
-                let summed = |made: Made<Ldi>| Made { result: SolidSums::of(&made.result), of_leaves: made.of_leaves };
+                let (images, has_moments) = (self.images(solids, image, axes)?, image.has_moments);
+                let summed = |image: Ldi| SolidSums {
+                    volume: image.volume_sums(),
+                    moments: if has_moments { image.moment_sums() } else { MomentSums::default() },
+                };
+                let summed = |made: WithLeaves<Ldi>| made.map(summed);
                 Ok(images.into_iter().map(summed).collect())
             }
         }

@@ -1,4 +1,4 @@
-//! What single operations take on a device: the references for the times of stages.
+//! The times of single operations on a device and its bandwidth: the references for the times of stages.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ const COPIES: usize = 8;
 /// Number of rounds after the first, which warms up and has the buffers cleared.
 const ROUNDS: usize = 7;
 
-/// What single operations take on a device, in seconds.
+/// The times of single operations on a device, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Costs {
     /// A submission of one dispatch that does nothing, until the host knows that it is done.
@@ -29,8 +29,8 @@ pub struct Costs {
 }
 
 shared_struct! {
-    /// The input of a probe.
-    pub struct ProbeView {
+    /// The input of a measurement.
+    pub struct CostView {
         /// Operations of each invocation.
         rounds: u32,
         /// The number of words that are added to, which is a power of two, less one.
@@ -43,7 +43,7 @@ shared_struct! {
 /// Number of words that scattered additions go to.
 const SCATTERED_WORDS: u32 = 1 << 24;
 
-/// Number of workgroups of a probe of operations, and of operations of each invocation.
+/// Number of workgroups that repeat an operation, and of operations of each invocation.
 const GROUPS: u32 = 4096;
 const OPERATIONS: u32 = 64;
 
@@ -56,14 +56,14 @@ macro_rules! shader {
     };
 }
 
-/// Returns the WGSL of the probes, with products by one of the two files.
+/// Returns the WGSL of the measurements, with products by one of the two files.
 fn source(is_native: bool) -> String {
     let products: &[&str] = match is_native {
         true => &[shader!("wide_native")],
         false => &[shader!("upper_product"), shader!("wide_pair")],
     };
-    let head = format!("const WORKGROUP = {WORKGROUP}u;\n{}\n", ProbeView::WGSL);
-    products.iter().chain(&[shader!("probe")]).fold(head, |text, file| text + file + "\n")
+    let head = format!("const WORKGROUP = {WORKGROUP}u;\n{}\n", CostView::WGSL);
+    products.iter().chain(&[shader!("costs")]).fold(head, |text, file| text + file + "\n")
 }
 
 const BINDINGS: [(u32, Access); 2] = [(0, Access::Uniform), (1, Access::Write)];
@@ -74,21 +74,22 @@ impl Device {
     pub fn costs(&self) -> Result<Costs, DeviceError> {
         let kernel = |name, is_native, entry| Kernel::new(self, name, &source(is_native), entry, &BINDINGS);
         let words = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("probed"),
+            label: Some("added to"),
             size: 4 * u64::from(SCATTERED_WORDS),
             usage: wgpu::BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
         self.check()?;
         let add = kernel("additions", false, "add")?;
-        let nothing = ProbeView::default();
-        let alone = self.probe(&add, nothing, &words, counted(1), 1, false)?;
-        let many = self.probe(&add, nothing, &words, counted(1), DISPATCHES, false)?;
+        let nothing = CostView::default();
+        let alone = self.least_seconds(&add, nothing, &words, counted(1), 1, false)?;
+        let many = self.least_seconds(&add, nothing, &words, counted(1), DISPATCHES, false)?;
         let is_timed = self.adapter().timestamps;
         let operation = |kernel: &Kernel, last_word| {
-            let idle = self.probe(kernel, ProbeView { last_word, ..nothing }, &words, counted(GROUPS), 1, is_timed)?;
-            let view = ProbeView { rounds: OPERATIONS, last_word, ..nothing };
-            let busy = self.probe(kernel, view, &words, counted(GROUPS), 1, is_timed)?;
+            let idle =
+                self.least_seconds(kernel, CostView { last_word, ..nothing }, &words, counted(GROUPS), 1, is_timed)?;
+            let view = CostView { rounds: OPERATIONS, last_word, ..nothing };
+            let busy = self.least_seconds(kernel, view, &words, counted(GROUPS), 1, is_timed)?;
             Ok((busy - idle).max(0.0) / (f64::from(GROUPS * WORKGROUP) * f64::from(OPERATIONS)))
         };
         let native = match self.adapter().int64 {
@@ -107,10 +108,10 @@ impl Device {
 
     /// Returns the least seconds of a number of equal dispatches in one submission: on the device if `is_timed`, else until the
     /// host knows that they are done.
-    fn probe(
+    fn least_seconds(
         &self,
         kernel: &Kernel,
-        view: ProbeView,
+        view: CostView,
         words: &wgpu::Buffer,
         workgroups: Workgroups,
         dispatches: usize,
@@ -172,11 +173,11 @@ mod tests {
     use crate::gpu::validation::{bindings, members, validated};
 
     #[test]
-    fn the_shaders_of_probes_are_valid_and_match_the_host() {
+    fn the_shaders_are_valid_and_match_the_host() {
         for is_native in [false, true] {
-            let module = validated("probes", &source(is_native), is_native);
-            assert_eq!(bindings("probes", &module), BINDINGS);
-            assert_eq!(members(&module, "ProbeView").unwrap(), ProbeView::OFFSETS);
+            let module = validated("costs", &source(is_native), is_native);
+            assert_eq!(bindings("costs", &module), BINDINGS);
+            assert_eq!(members(&module, "CostView").unwrap(), CostView::OFFSETS);
             assert!(
                 ["add", "multiply"].iter().all(|entry| module.entry_points.iter().any(|point| point.name == *entry))
             );

@@ -1,9 +1,9 @@
-// What single operations take on a device: dispatches that do nothing, atomic additions, and products of 64-bit integers.
+// Operations whose times are measured: dispatches that do nothing, atomic additions, and products of 64-bit integers.
 
-@group(0) @binding(0) var<uniform> view: ProbeView;
+@group(0) @binding(0) var<uniform> view: CostView;
 @group(0) @binding(1) var<storage, read_write> words: array<atomic<u32>>;
 
-// Every word that an invocation adds to is elsewhere, or the same for all where `view.last_word` is zero.
+// Each addition goes to a word without relation to the one before; where `view.last_word` is zero, all go to one word.
 @compute @workgroup_size(WORKGROUP)
 fn add(@builtin(global_invocation_id) id: vec3<u32>) {
     var at = id.x * 747796405u + 2891336453u;
