@@ -137,7 +137,7 @@ impl ImageMaker<'_> {
         }
         let along = |&axis: &Axis| {
             self.axis = axis;
-            let image = self.sweep(expression, solids)?;
+            let image = self.swept(&plan, solids)?;
             let start = Instant::now();
             let volume_sums = image.volume_sums();
             self.seconds.integrate += start.elapsed().as_secs_f64();
@@ -146,8 +146,7 @@ impl ImageMaker<'_> {
         axes.iter().map(along).collect()
     }
 
-    /// Returns the image of an expression: samples each solid once for each mode that the plan needs, then sweeps all images
-    /// together.
+    /// Returns the image of an expression.
     fn sweep(&mut self, expression: &Expression, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let plan = Plan::new(expression, self.mode);
         if self.triangles == Triangles::NotWanted {
@@ -158,6 +157,11 @@ impl ImageMaker<'_> {
                 return Ok(self.recorded(&plan, image));
             }
         }
+        self.swept(&plan, solids)
+    }
+
+    /// Samples each solid once for each mode that a plan needs, and sweeps all images together.
+    fn swept(&mut self, plan: &Plan, solids: &[LatticeSolid]) -> Result<Ldi, Error> {
         let leaves = plan.leaves().iter().map(|leaf| self.sample(&solids[leaf.input], leaf.input, leaf.mode));
         let leaves = leaves.collect::<Result<Vec<Ldi>, Error>>()?;
         let start = Instant::now();
@@ -177,7 +181,7 @@ impl ImageMaker<'_> {
     ) -> Result<Option<T>, Error> {
         let Some(table) = plan.table() else { return Ok(None) };
         let leaves: Vec<_> = plan.leaves().iter().map(|leaf| (&solids[leaf.input], leaf.mode)).collect();
-        self.timed(|maker| make(maker, Combination { leaves: &leaves, table }))
+        self.timed(|maker| make(maker, Combination::new(&leaves, table)))
     }
 
     /// Returns a combined result, after it has recorded whether the fill rules agree in the images of its leaves.

@@ -58,9 +58,9 @@ pub struct StageTime {
 }
 
 /// Largest number of loop rounds on a software adapter. Mesa's llvmpipe silently ends all loops of an invocation after
-/// 65 535 rounds in total, and counts the rounds of eight invocations at once. Most shaders have at most eight loops over
-/// the same items, and those that have more say how many rounds they take; eight invocations that diverge may take four
-/// times as many rounds as one. 8000 crossings on a ray were observed to be too many.
+/// 65 535 rounds in total, and counts the rounds of eight invocations at once. Most shaders take at most eight rounds for
+/// each item, and eight invocations that diverge may take four times as many as one; stages that take more of either count
+/// their items accordingly. 8000 crossings on a ray were observed to be too many.
 const SOFTWARE_ROUNDS: u32 = 65_535 / 32;
 
 /// The requirements of the shaders for a device.
@@ -210,11 +210,11 @@ impl Device {
         // SAFETY: all shaders are part of this library. Their indices are either those of an invocation, compared with
         // the number of items before use, or read from buffers that the host or other stages filled: vertices of
         // triangles, each of which the host has looked up before it copies them; rays within the clipped window of a
-        // band, and nodes within the grid of spans that it was asked for; sets of leaves, of which the table has one bit
-        // each; tallies and totals, which the host makes for every band and leaf; offsets that are sums of counts,
-        // compared with the capacity of the lists before anything is written. Loops count up to such numbers, and divisors are numbers
-        // of columns, which are not zero. The twins compare every stage with the CPU in buffers that are filled with a
-        // word before use.
+        // band, and nodes within the grid of spans that it was asked for; sets of leaves, of which `Combination::new` has
+        // checked that the table has one bit each; tallies and totals, which the host makes for every band and leaf; offsets
+        // that are sums of counts, compared with the capacity of the lists before anything is written. Loops count up to
+        // such numbers, and divisors are numbers of columns, which are not zero. The twins compare every stage with the CPU
+        // in buffers that are filled with a word before use.
         unsafe { self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
     }
 

@@ -118,11 +118,27 @@ pub enum SampleError {
 /// A set expression of images, one image for each of its leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Combination<'a> {
-    /// The solid of each leaf, and the mode of its image.
-    pub leaves: &'a [(&'a LatticeSolid<'a>, Mode)],
-    /// The result for every set of leaves ([`Plan::table`](crate::boolean::Plan::table)): bit `s` tells whether a point is in it
-    /// that lies in those leaves alone which are the bits of `s`.
-    pub table: &'a [u64],
+    leaves: &'a [(&'a LatticeSolid<'a>, Mode)],
+    table: &'a [u64],
+}
+
+impl<'a> Combination<'a> {
+    /// Most leaves.
+    pub const MOST_LEAVES: usize = 12;
+
+    /// Combines the images of some leaves, each the solid and the mode of its image, by the table of a plan
+    /// ([`Plan::table`](crate::boolean::Plan::table)). The bits of a number `s` stand for a set of leaves, and bit `s` of the table
+    /// tells whether the points in just these leaves belong to the result.
+    ///
+    /// # Panics
+    /// If there are no leaves, or more than [`MOST_LEAVES`](Self::MOST_LEAVES); if the table has another number of words than these
+    /// need; or if points in no leaf belong to the result.
+    pub fn new(leaves: &'a [(&'a LatticeSolid<'a>, Mode)], table: &'a [u64]) -> Combination<'a> {
+        assert!((1..=Combination::MOST_LEAVES).contains(&leaves.len()), "{} leaves", leaves.len());
+        assert_eq!(table.len(), (1usize << leaves.len()).div_ceil(64), "words of a table of {} leaves", leaves.len());
+        assert_eq!(table[0] & 1, 0, "where no leaf is, there is no result");
+        Combination { leaves, table }
+    }
 }
 
 /// The result of a combination, and the winding sums of the images that it was made of.
@@ -203,9 +219,11 @@ pub trait Sampler {
         axes.iter().map(|&axis| Ok(SolidSums::of(&self.sample(solid, axis, mode, fill)?))).collect()
     }
 
-    /// Returns the image of a combination, without triangles: that of [`Plan::sweep`](crate::boolean::Plan::sweep) over the image
-    /// of each leaf, none of which leaves the device. `None` from a sampler without a device, or where the device has no room for
-    /// all leaves at once; the caller then combines their images.
+    /// Returns the image of a combination, without triangles: that which [`Plan::sweep`](crate::boolean::Plan::sweep) makes of the
+    /// images of the leaves, but those stay on the device.
+    ///
+    /// Returns `None` if the sampler has no device, if the device has no room for all leaves at once, or if it is a software
+    /// adapter and a ray has too many crossings for it. The caller then samples each leaf and sweeps the images.
     fn sample_combination(
         &self,
         _combination: Combination,
@@ -216,7 +234,7 @@ pub trait Sampler {
     }
 
     /// Returns the sums over the images of [`sample_combination`](Self::sample_combination) along several axes, each once, made
-    /// together; `None` where those are.
+    /// together. Returns `None` in the same cases.
     fn combination_sums_along(
         &self,
         _combination: Combination,

@@ -15,10 +15,13 @@ use crate::twin::ADAPTER;
 fn the_costs_of_a_device_are_times() {
     let costs = Device::open(&ADAPTER, Needs::default()).unwrap().costs().unwrap();
     assert_eq!(costs.native_product.is_some(), ADAPTER.int64);
-    // Of far more operations than a submission takes, but for dispatches.
-    let measured = [costs.submission, costs.scattered_addition, costs.shared_addition, costs.paired_product];
-    assert!(measured.into_iter().chain(costs.native_product).all(|seconds| seconds > 0.0), "{costs:?}");
-    assert!(costs.dispatch >= 0.0, "{costs:?}");
+    let operations = [costs.dispatch, costs.scattered_addition, costs.shared_addition, costs.paired_product];
+    // A fast device takes too little for them to be told from nothing.
+    let all = operations.into_iter().chain(costs.native_product);
+    assert!(
+        costs.submission > 0.0 && all.into_iter().all(|seconds| seconds.is_finite() && seconds >= 0.0),
+        "{costs:?}"
+    );
 }
 
 #[test]

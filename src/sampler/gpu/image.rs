@@ -2,7 +2,7 @@
 
 use super::band::{Band, cut};
 use super::stages::{Flag, Flags};
-use super::view::{MOST_BANDS, MOST_LEAVES, words};
+use super::view::{MOST_BANDS, words};
 use super::{GpuSampler, Route};
 use crate::gpu::{WORKGROUP, bytes_of};
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
@@ -119,13 +119,12 @@ impl Image {
         })
     }
 
-    /// Returns the parameters of images of a combination of at most [`MOST_LEAVES`] leaves, one at least.
+    /// Returns the parameters of images of a combination of these solids.
     pub fn of_combination(
         Combination { leaves, table }: Combination,
         solids: &[&LatticeSolid],
         fill: FillRule,
     ) -> Result<Image, SampleError> {
-        assert!((1..=MOST_LEAVES).contains(&leaves.len()), "{} leaves", leaves.len());
         let grid = admit(solids, fill)?;
         let parts: Vec<Part> = leaves.iter().map(|&(solid, mode)| Part::new(solid, mode, solid.region())).collect();
         let around = |axis: Axis| {
@@ -194,7 +193,7 @@ impl Image {
     /// Returns the route of the jobs and the most rays of one.
     pub fn way(&self, sampler: &GpuSampler) -> Way {
         let options = &sampler.options;
-        // Each ray has as many lists as there are leaves.
+        // Each ray has a list for each leaf.
         let most_rays = (options.band_rays / self.leaves().max(1) as u32).max(1);
         let by_lists = Way { route: Route::Lists, most_rays };
         let has_masks = self.leaves() == 0 && self.parts[0].mode != Mode::Exact && self.fill == FillRule::EvenOdd;

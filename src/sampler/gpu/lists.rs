@@ -212,13 +212,13 @@ impl Job<'_> {
         }
     }
 
-    /// Refuses rays of more crossings than the loops of the stages behind `greatest` of one list are certain to complete.
-    /// `combine` looks at every leaf twice for each of the depths of all.
+    /// Refuses crossings, of which one list has `greatest`, where an adapter is not certain to complete the loops over them.
+    /// `combine` looks at every leaf twice for each depth, and the sums take 14 rounds for each of the samples of all leaves.
     pub fn admit_rounds(&self, greatest: u32) -> Result<(), DeviceError> {
         let leaves = self.image.leaves() as u32;
         let rounds = match leaves {
             0 => greatest,
-            _ => greatest.saturating_mul(leaves).saturating_mul((2 * leaves + 5).max(8)) / 8,
+            _ => greatest.saturating_mul(leaves).saturating_mul((2 * leaves + 5).max(14)) / 8,
         };
         self.sampler.device.admit_rounds(rounds)
     }

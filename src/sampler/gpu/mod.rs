@@ -45,7 +45,7 @@ use image::{Image, Way};
 use job::{Job, JobError};
 use solid::{ResidentSolid, Residents, bytes_of_all};
 use stages::Kernels;
-use view::{MOST_LEAVES, View};
+use view::View;
 use volume_sums::sums_by_leaf;
 
 pub use stages::Arithmetic;
@@ -70,7 +70,7 @@ pub struct GpuOptions {
     /// Bytes of device memory for the lists or masks of a job together, and for solids. Counts and offsets of its rays
     /// take more, and data that is read back takes twice its size.
     pub memory: u64,
-    /// Largest number of rays of a job.
+    /// Largest number of rays of a job, and for a combination of rays times leaves.
     pub band_rays: u32,
     /// Largest size of one binding in bytes; the adapter's own limit applies besides.
     pub binding: u64,
@@ -270,8 +270,8 @@ impl GpuSampler {
         Ok(())
     }
 
-    /// Makes something of a combination; `None` where there is no room for all of its leaves at once, or its rays have more
-    /// crossings than the adapter is certain to complete.
+    /// Runs a function on the solids and the parameters of a combination. Returns `None`, with all memory of the device free, where
+    /// there is no room for all leaves at once, or where rays have too many crossings for a software adapter.
     fn combined<T>(
         &self,
         combination: Combination,
@@ -280,12 +280,18 @@ impl GpuSampler {
     ) -> Result<Option<Vec<Combined<T>>>, SampleError> {
         use DeviceError::{Inadequate, OutOfMemory, TooLarge};
         let solids: Vec<&LatticeSolid> = combination.leaves.iter().map(|&(solid, _)| solid).collect();
-        if !(1..=MOST_LEAVES).contains(&solids.len()) || bytes_of_all(&solids) > self.options.memory {
+        if bytes_of_all(&solids, self.largest_binding()) > self.options.memory {
             return Ok(None);
         }
         let image = Image::of_combination(combination, &solids, fill)?;
         match make(&solids, &image) {
-            Err(SampleError::Device(Inadequate { .. } | OutOfMemory { .. } | TooLarge { .. })) => Ok(None),
+            Err(SampleError::Device(Inadequate { .. } | OutOfMemory { .. } | TooLarge { .. })) => {
+                let mut state = held(&self.state);
+                state.residents = Residents::default();
+                state.pool.release();
+                self.device.release_staging();
+                Ok(None)
+            }
             made => Ok(Some(made?.into_iter().map(|made| made.combined(&image)).collect())),
         }
     }

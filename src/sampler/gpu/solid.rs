@@ -194,10 +194,18 @@ fn upload_blocks(
     blocks.chunks(at_once).map(upload).collect()
 }
 
-/// Returns the bytes that the geometry of some solids takes on a device, each solid once, but for blocks of rows.
-pub fn bytes_of_all(solids: &[&LatticeSolid]) -> u64 {
+/// Returns the bytes that the geometry of some solids takes in bindings of at most `largest` bytes, each solid once, but for blocks
+/// of rows.
+pub fn bytes_of_all(solids: &[&LatticeSolid], largest: u64) -> u64 {
     let is_first = |i: &usize| !solids[..*i].iter().any(|other| other.identity() == solids[*i].identity());
-    let bytes = |i: usize| CORNER_BYTES * (solids[i].positions().len() + solids[i].triangles().len()) as u64;
+    let bytes = |i: usize| {
+        let [positions, triangles] = [solids[i].positions().len(), solids[i].triangles().len()].map(|n| n as u64);
+        match CORNER_BYTES * positions.max(triangles) <= largest {
+            true => CORNER_BYTES * (positions + triangles),
+            // Each triangle with its own corners.
+            false => 4 * CORNER_BYTES * triangles,
+        }
+    };
     (0..solids.len()).filter(is_first).map(bytes).sum()
 }
 
@@ -210,7 +218,7 @@ pub struct Residents {
 
 impl Residents {
     /// Returns the solid in device memory, after copying it there if necessary; others are evicted where all would
-    /// exceed `budget` bytes.
+    /// exceed `budget` bytes, or where the device has no memory for it.
     pub fn get(
         &mut self,
         device: &Device,
@@ -221,7 +229,14 @@ impl Residents {
         let place = self.solids.iter().position(|(identity, _)| *identity == solid.identity());
         let entry = match place {
             Some(place) => self.solids.remove(place),
-            None => (solid.identity(), Arc::new(ResidentSolid::upload(device, solid, largest)?)),
+            None => {
+                let mut uploaded = ResidentSolid::upload(device, solid, largest);
+                if matches!(uploaded, Err(DeviceError::OutOfMemory { .. })) && !self.solids.is_empty() {
+                    self.solids.clear();
+                    uploaded = ResidentSolid::upload(device, solid, largest);
+                }
+                (solid.identity(), Arc::new(uploaded?))
+            }
         };
         let resident = Arc::clone(&entry.1);
         self.solids.push(entry);

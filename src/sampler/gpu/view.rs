@@ -9,14 +9,12 @@ use super::network::NETWORK;
 use crate::gpu::{WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
+use crate::sampler::Combination;
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
 /// Most bands of one job.
 pub const MOST_BANDS: usize = 3;
-
-/// Most leaves of a combination.
-pub const MOST_LEAVES: usize = 12;
 
 /// Number of sums for moments.
 pub const MOMENTS: usize = 10;
@@ -63,7 +61,7 @@ pub fn constants() -> String {
     constant("WORD_BITS", "u32", WORD_BITS);
     constant("WORKGROUP", "u32", WORKGROUP);
     constant("MOST_BANDS", "u32", MOST_BANDS as u32);
-    constant("MOST_LEAVES", "u32", MOST_LEAVES as u32);
+    constant("MOST_LEAVES", "u32", Combination::MOST_LEAVES as u32);
     constant("BLOCK_ROWS", "u32", BLOCK_ROWS);
     constant("NETWORK", "u32", NETWORK);
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
@@ -186,8 +184,8 @@ impl View {
         }
     }
 
-    /// Returns the input of stages that look at solid `part` alone: its lists, its windows, and where the result is that of an
-    /// expression, its tallies, behind those of the result.
+    /// Returns the input of stages that look at solid `part` alone: its lists, its windows, and if it is a leaf of a combination,
+    /// its tallies, behind those of the result.
     pub fn of_part(self, image: &Image, part: usize, bands: &[Band]) -> View {
         let mut view = View { first_list: part as u32 * self.rays, ..self };
         for (band_view, band) in view.bands.iter_mut().zip(bands) {
