@@ -58,6 +58,7 @@ impl Window {
     }
 
     /// Returns the least window with the rays of both.
+    #[cfg(feature = "gpu")]
     pub fn around(self, other: Window) -> Window {
         if self.is_empty() {
             return other;
@@ -69,6 +70,7 @@ impl Window {
         Window { columns: around(self.columns, other.columns), rows: around(self.rows, other.rows) }
     }
 
+    #[cfg(feature = "gpu")]
     fn is_empty(&self) -> bool {
         self.columns.is_empty() || self.rows.is_empty()
     }

@@ -48,7 +48,7 @@
 //! listed as unclosed. A mesh that passed [`ClosedMesh::check`](crate::mesh::ClosedMesh::check) has none.
 //!
 //! # Windings
-//! The image of an oriented solid by itself comes with the [`Windings`](crate::ldi::Windings) of all rays that close.
+//! The image of an oriented solid by itself comes with the [`Windings`] of all rays that close.
 //! - `wound` is −Σ `nearest` · winding over all crossings.
 //! - The crossings of a ray are **grouped** by `nearest` in an exact image (with or without triangles), and by voxel in an
 //!   estimate. A group of odd count **changes** the parity; the ray starts outside. `changes` counts such groups.
@@ -138,6 +138,16 @@ impl<'a> Combination<'a> {
         assert_eq!(table.len(), (1usize << leaves.len()).div_ceil(64), "words of a table of {} leaves", leaves.len());
         assert_eq!(table[0] & 1, 0, "where no leaf is, there is no result");
         Combination { leaves, table }
+    }
+
+    /// Returns the solid and the mode of the image of each leaf.
+    pub fn leaves(&self) -> &'a [(&'a LatticeSolid<'a>, Mode)] {
+        self.leaves
+    }
+
+    /// Returns the table.
+    pub fn table(&self) -> &'a [u64] {
+        self.table
     }
 }
 

@@ -121,12 +121,14 @@ impl Image {
 
     /// Returns the parameters of images of a combination of these solids.
     pub fn of_combination(
-        Combination { leaves, table }: Combination,
+        combination: Combination,
         solids: &[&LatticeSolid],
         fill: FillRule,
     ) -> Result<Image, SampleError> {
         let grid = admit(solids, fill)?;
-        let parts: Vec<Part> = leaves.iter().map(|&(solid, mode)| Part::new(solid, mode, solid.region())).collect();
+        let part = |&(solid, mode): &(&LatticeSolid, Mode)| Part::new(solid, mode, solid.region());
+        let parts: Vec<Part> = combination.leaves().iter().map(part).collect();
+        let table = combination.table().iter().flat_map(|&word| [word as u32, (word >> 32) as u32]);
         let around = |axis: Axis| {
             let windows = parts.iter().map(|part| part.windows[axis.depth()].clone());
             windows.reduce(Window::around).expect("there is a leaf")
@@ -134,7 +136,7 @@ impl Image {
         Ok(Image {
             grid,
             fill,
-            result: Outcome::Combination(table.iter().flat_map(|&word| [word as u32, (word >> 32) as u32]).collect()),
+            result: Outcome::Combination(table.collect()),
             windows: Axis::ALL.map(around),
             parts,
             keeps_triangles: false,

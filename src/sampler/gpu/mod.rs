@@ -279,7 +279,7 @@ impl GpuSampler {
         make: impl FnOnce(&[&LatticeSolid], &Image) -> Result<Vec<WithLeaves<T>>, SampleError>,
     ) -> Result<Option<Vec<Combined<T>>>, SampleError> {
         use DeviceError::{Inadequate, OutOfMemory, TooLarge};
-        let solids: Vec<&LatticeSolid> = combination.leaves.iter().map(|&(solid, _)| solid).collect();
+        let solids: Vec<&LatticeSolid> = combination.leaves().iter().map(|&(solid, _)| solid).collect();
         if bytes_of_all(&solids, self.largest_binding()) > self.options.memory {
             return Ok(None);
         }
