@@ -1,6 +1,6 @@
 //! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es, [`exact`] volumes and meshes
-//! beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, and [`metrics`] of voxel arrays that other
-//! programs also measure. The tables show medians; on request, all data goes to a JSON file.
+//! beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, [`metrics`] of voxel arrays that other
+//! programs also measure, and the [`tables`] of Leung and Wang beside earlier methods, the [`rivals`]. The tables show medians; on request, all data goes to a JSON file.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -15,9 +15,11 @@ mod metrics;
 mod minkowski;
 mod models;
 mod process;
+mod rivals;
 mod sampling;
 mod stop;
 mod table;
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -254,6 +256,24 @@ enum Benchmark {
         #[arg(long)]
         threads: Option<usize>,
     },
+    /// The tables of Leung and Wang on the CPU, beside earlier methods and what those lose
+    #[command(after_help = "Examples:
+  ldi-bench tables --quick                    smaller solids and rasters: a minute
+  ldi-bench tables --json t.json --svg plots  everything, with its data and its plots")]
+    Tables {
+        /// Fewer and smaller solids and rasters
+        #[arg(long)]
+        quick: bool,
+        /// Timed runs of each case after the warm-up; medians are printed
+        #[arg(long, default_value_t = 3)]
+        runs: usize,
+        /// Also write everything as JSON
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+        /// Write the plots to this folder, which exists, as tables-*.svg
+        #[arg(long, value_name = "FOLDER")]
+        svg: Option<PathBuf>,
+    },
     /// Write the models of `process` to a folder
     #[command(hide = true)]
     Models {
@@ -302,6 +322,10 @@ fn main() -> ExitCode {
             let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
             metrics::run(&metrics::Plan { arrays, balls, measures, rounds, maps, threads })
                 .map(|told| println!("{told}"))
+        }
+        Benchmark::Tables { quick, runs, json, svg } => {
+            let plan = if quick { tables::Plan::quick } else { tables::Plan::full };
+            tables::run(&plan(runs.max(1)), json.as_deref(), svg.as_deref())
         }
         Benchmark::Models { folder } => models::write_all(&folder),
         Benchmark::ExactModels { folder } => models::write_for_exact(&folder),

@@ -98,11 +98,16 @@ pub struct SeedModel {
 
 /// Returns solids like the six that Leung and Wang timed, within 5 % of their triangles and 30 % of their layers.
 pub fn seed_models() -> Result<Vec<SeedModel>, BenchError> {
+    seed_models_named(|_| true)
+}
+
+/// Returns those of [`seed_models`] whose names are wanted, and builds no others.
+pub fn seed_models_named(is_wanted: impl Fn(&str) -> bool) -> Result<Vec<SeedModel>, BenchError> {
     let seed = |name, about, kind, parameters: &[(&str, &str)], triangles, layers, milliseconds| {
-        let mesh = closed(name, build(kind, parameters)?)?;
-        Ok(SeedModel { solid: NamedSolid { name, about, mesh }, triangles, layers, milliseconds })
+        let wanted = is_wanted(name).then(|| closed(name, build(kind, parameters)?)).transpose()?;
+        Ok(wanted.map(|mesh| SeedModel { solid: NamedSolid { name, about, mesh }, triangles, layers, milliseconds }))
     };
-    Ok(vec![
+    let models = [
         seed(
             "trabecular bone",
             "rods and plates from a random field",
@@ -157,7 +162,8 @@ pub fn seed_models() -> Result<Vec<SeedModel>, BenchError> {
             24,
             62.3,
         )?,
-    ])
+    ];
+    Ok(models.into_iter().flatten().collect())
 }
 
 /// Writes the solids of [`seed_models`] to a folder and returns a table of them beside those of the publication.

@@ -15,7 +15,8 @@ use serde_json::{Value, json};
 
 use case::STAGES;
 pub use case::run as run_case;
-use pairs::{PAIRS, Pair};
+use pairs::PAIRS;
+pub use pairs::Pair;
 
 use crate::BenchError;
 use crate::machine::Machine;

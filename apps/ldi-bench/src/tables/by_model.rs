@@ -1,0 +1,125 @@
+//! Tables by model: sampling beside the published times, and the rivals.
+
+use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::sampler::Mode;
+use serde_json::json;
+
+use super::{LOD, OVER, Part, Plan, Pools, grid_around, images, milliseconds, quantise};
+use crate::BenchError;
+use crate::models::SeedModel;
+use crate::rivals::{self, Comparison, Rival};
+use crate::table::{Table, count, number};
+
+/// Times sampling along three axes, beside the published times.
+pub fn sampling(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part, BenchError> {
+    let mut table = Table::new(&[
+        "model",
+        "triangles",
+        "published",
+        "layers x",
+        "y",
+        "z",
+        "published",
+        "exact ms, 1 thread",
+        "2 threads",
+        "over ms, 1 thread",
+        "2 threads",
+        "GTX 580 ms",
+        "GTX 580 / over, 2 threads",
+    ]);
+    let mut rows = Vec::new();
+    for SeedModel { solid: named, triangles, layers, milliseconds: published } in models {
+        let name = named.name;
+        let solid = quantise(name, &named.mesh, &grid_around(name, &named.mesh, plan.resolution, LOD)?)?;
+        let own_layers: Vec<u32> = images(&solid, Mode::Exact).iter().map(|image| image.layers()).collect();
+        let own_triangles = solid.triangles().len() as u64;
+        let time = |mode| [&pools.one, &pools.two].map(|pool| milliseconds(plan, pool, || images(&solid, mode)));
+        let (exact, over) = (time(Mode::Exact), time(OVER));
+        let mut cells = vec![name.to_owned(), count(own_triangles), count((*triangles).into())];
+        cells.extend(own_layers.iter().map(|&most| count(most.into())));
+        cells.push(count((*layers).into()));
+        cells.extend(exact.into_iter().chain(over).chain([*published, published / over[1]]).map(number));
+        table.row(cells);
+        rows.push(json!({
+            "model": name, "triangles": own_triangles, "published_triangles": triangles, "layers": own_layers,
+            "published_layers": layers, "exact_ms": exact, "over_ms": over, "published_ms": published,
+        }));
+    }
+    Ok(Part {
+        name: "sampling",
+        title: "Sampling along three axes".to_owned(),
+        markdown: table.markdown(),
+        text: "Meshes are read, checked and quantised before the clock starts. Over is the published kind of image. The last \
+               column is how often ours is faster."
+            .to_owned(),
+        rows: json!(rows),
+        plots: Vec::new(),
+    })
+}
+
+/// Times all rivals on one thread along three axes, and compares their layers with the exact images.
+pub fn rivals(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part, BenchError> {
+    let mut markdown = Vec::new();
+    let mut rows = Vec::new();
+    for SeedModel { solid: named, .. } in models {
+        let name = named.name;
+        let solid = quantise(name, &named.mesh, &grid_around(name, &named.mesh, plan.resolution, LOD)?)?;
+        let exact = images(&solid, Mode::Exact);
+        let samples: usize = exact.iter().map(|image| image.depths().len()).sum();
+        let own = milliseconds(plan, &pools.one, || images(&solid, Mode::Exact));
+        let mut table = Table::new(&[
+            name,
+            "ms",
+            "/ ours",
+            "passes",
+            "layers lost",
+            "share",
+            "extra",
+            "rays unclosed",
+            "rays that differ",
+            "volume",
+        ]);
+        let ours = ["ours, exact", &number(own), "1", "3", "0", "0 %", "0", "0", "0", "0 %"];
+        table.row(ours.map(str::to_owned).into());
+        for rival in rivals::all() {
+            let ms = milliseconds(plan, &pools.one, || drop(Axis::ALL.map(|axis| rival.sample(&solid, axis))));
+            let found = exact.iter().map(|image| compare(&*rival, &solid, image));
+            let found = found.fold(Comparison::default(), Comparison::plus);
+            let volume = found.length as f64 / found.exact_length as f64;
+            table.row(vec![
+                rival.name().to_owned(),
+                number(ms),
+                number(ms / own),
+                count(found.passes.into()),
+                count(found.lost),
+                format!("{} %", number(100.0 * found.lost as f64 / samples as f64)),
+                count(found.extra),
+                count(found.unclosed),
+                count(found.differing),
+                format!("{} %", number(100.0 * (volume - 1.0))),
+            ]);
+            rows.push(json!({
+                "model": name, "rival": rival.name(), "ms": ms, "own_ms": own, "samples": samples, "difference": found,
+            }));
+        }
+        markdown.push(table.markdown());
+    }
+    Ok(Part {
+        name: "rivals",
+        title: "Earlier methods beside ours".to_owned(),
+        markdown: markdown.join("\n"),
+        text: "One thread, three axes: times, passes and losses are sums over the three images. The earlier methods run on \
+               the CPU, too, and draw with the exact rasteriser of the library once a pass; a GPU would draw faster, in as many \
+               passes. A layer is lost where the exact image has a sample and the method has none; voxels lose those that they \
+               merge, and their other depths count as found within one voxel. Volume is the difference of the volume on \
+               the rays that close from the exact one."
+            .to_owned(),
+        rows: json!(rows),
+        plots: Vec::new(),
+    })
+}
+
+fn compare(rival: &dyn Rival, solid: &LatticeSolid, exact: &ldi_ops::ldi::Ldi) -> Comparison {
+    let axis = exact.axis();
+    Comparison::new(exact, &rival.sample(solid, axis), rival.tolerance(solid, axis))
+}
