@@ -6,7 +6,7 @@
 //!
 //! Two more are not built. Coherent layer peeling (N. Carr, R. Měch and G. Miller, Graphics Hardware 2008) peels several layers a
 //! pass where the triangles are already sorted; US patent 8,217,934 covers it. D. Wexler and others (GPU-accelerated high-quality
-//! hidden surface removal, Graphics Hardware 2005) peel depths in batches of objects.
+//! hidden surface removal, Graphics Hardware 2005) peel batches of a scene.
 
 mod bucket;
 mod contact;

@@ -1,13 +1,13 @@
 //! Tables by model: sampling beside the published times, and the rivals.
 
-use ldi_ops::grid::{Axis, LatticeSolid};
+use ldi_ops::grid::Axis;
 use ldi_ops::sampler::Mode;
 use serde_json::json;
 
-use super::{LOD, OVER, Part, Plan, Pools, grid_around, images, milliseconds, quantise};
+use super::{LOD, OVER, Part, Plan, Pools, grid_around, images, quantise, timed};
 use crate::BenchError;
 use crate::models::SeedModel;
-use crate::rivals::{self, Comparison, Rival};
+use crate::rivals::{self, Comparison};
 use crate::table::{Table, count, number};
 
 /// Times sampling along three axes, beside the published times.
@@ -31,10 +31,11 @@ pub fn sampling(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part
     for SeedModel { solid: named, triangles, layers, milliseconds: published } in models {
         let name = named.name;
         let solid = quantise(name, &named.mesh, &grid_around(name, &named.mesh, plan.resolution, LOD)?)?;
-        let own_layers: Vec<u32> = images(&solid, Mode::Exact).iter().map(|image| image.layers()).collect();
         let own_triangles = solid.triangles().len() as u64;
-        let time = |mode| [&pools.one, &pools.two].map(|pool| milliseconds(plan, pool, || images(&solid, mode)));
-        let (exact, over) = (time(Mode::Exact), time(OVER));
+        let time = |mode| [&pools.one, &pools.two].map(|pool| timed(plan, pool, || images(&solid, mode)));
+        let [(exact_images, exact), (_, exact_2)] = time(Mode::Exact);
+        let (exact, over) = ([exact, exact_2], time(OVER).map(|(_, ms)| ms));
+        let own_layers: Vec<u32> = exact_images.iter().map(|image| image.layers()).collect();
         let mut cells = vec![name.to_owned(), count(own_triangles), count((*triangles).into())];
         cells.extend(own_layers.iter().map(|&most| count(most.into())));
         cells.push(count((*layers).into()));
@@ -64,9 +65,8 @@ pub fn rivals(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part, 
     for SeedModel { solid: named, .. } in models {
         let name = named.name;
         let solid = quantise(name, &named.mesh, &grid_around(name, &named.mesh, plan.resolution, LOD)?)?;
-        let exact = images(&solid, Mode::Exact);
+        let (exact, own) = timed(plan, &pools.one, || images(&solid, Mode::Exact));
         let samples: usize = exact.iter().map(|image| image.depths().len()).sum();
-        let own = milliseconds(plan, &pools.one, || images(&solid, Mode::Exact));
         let mut table = Table::new(&[
             name,
             "ms",
@@ -82,8 +82,11 @@ pub fn rivals(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part, 
         let ours = ["ours, exact", &number(own), "1", "3", "0", "0 %", "0", "0", "0", "0 %"];
         table.row(ours.map(str::to_owned).into());
         for rival in rivals::all() {
-            let ms = milliseconds(plan, &pools.one, || drop(Axis::ALL.map(|axis| rival.sample(&solid, axis))));
-            let found = exact.iter().map(|image| compare(&*rival, &solid, image));
+            let (layers, ms) = timed(plan, &pools.one, || Axis::ALL.map(|axis| rival.sample(&solid, axis)));
+            let found = exact
+                .iter()
+                .zip(&layers)
+                .map(|(exact, layers)| Comparison::new(exact, layers, rival.tolerance(&solid, exact.axis())));
             let found = found.fold(Comparison::default(), Comparison::plus);
             let volume = found.length as f64 / found.exact_length as f64;
             table.row(vec![
@@ -117,9 +120,4 @@ pub fn rivals(plan: &Plan, models: &[SeedModel], pools: &Pools) -> Result<Part, 
         rows: json!(rows),
         plots: Vec::new(),
     })
-}
-
-fn compare(rival: &dyn Rival, solid: &LatticeSolid, exact: &ldi_ops::ldi::Ldi) -> Comparison {
-    let axis = exact.axis();
-    Comparison::new(exact, &rival.sample(solid, axis), rival.tolerance(solid, axis))
 }

@@ -6,7 +6,7 @@ use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use serde_json::json;
 
 use super::plot::Plot;
-use super::{LOD, Part, Plan, Pools, milliseconds, quantise};
+use super::{LOD, Part, Plan, Pools, quantise, timed};
 use crate::BenchError;
 use crate::models;
 use crate::rivals::{Comparison, DepthPeeling, FreePipe, Rival, StencilBuffer};
@@ -14,23 +14,24 @@ use crate::table::{Table, count, number};
 
 /// Samples chains of growing length along themselves on one thread, beside methods whose passes grow with the layers.
 pub fn chains(plan: &Plan, pools: &Pools) -> Result<Part, BenchError> {
-    let timed: [&dyn Rival; 3] = [&StencilBuffer::UNCAPPED, &DepthPeeling, &FreePipe::COMPACT];
-    let names = timed.map(|rival| format!("{} ms", rival.name()));
+    let timed_rivals: [&dyn Rival; 3] = [&StencilBuffer::UNCAPPED, &DepthPeeling, &FreePipe::COMPACT];
+    let names = timed_rivals.map(|rival| format!("{} ms", rival.name()));
     let mut heads = vec!["flat rings", "triangles", "rays", "layers", "ours ms"];
     heads.extend(names.iter().map(String::as_str));
     heads.extend(["layers lost at 8 bits", "rays unclosed"]);
     let mut table = Table::new(&heads);
     let mut rows = Vec::new();
-    let mut series = vec![Vec::new(); 1 + timed.len()];
+    let mut series = vec![Vec::new(); 1 + timed_rivals.len()];
     for &columns in &plan.columns {
         let parameters = [("columns", &*columns.to_string()), ("rows", "1"), ("around", "16"), ("across", "10")];
         let mesh = models::closed("chain", models::build("chain-mail", &parameters)?)?;
         let grid = Grid::with_pitch(mesh.bounds(), mesh.bounds().extent().y / f64::from(plan.across), LOD);
         let solid = quantise("chain", &mesh, &grid.map_err(|error| BenchError::model("chain", error))?)?;
         let sample = || CpuSampler::default().sample(&solid, Axis::X, Mode::Exact, FillRule::EvenOdd);
-        let exact = sample().map_err(|error| BenchError::model("chain", error))?;
-        let mut ms = vec![milliseconds(plan, &pools.one, sample)];
-        ms.extend(timed.map(|rival| milliseconds(plan, &pools.one, || rival.sample(&solid, Axis::X))));
+        let (exact, own) = timed(plan, &pools.one, sample);
+        let exact = exact.map_err(|error| BenchError::model("chain", error))?;
+        let rivals = timed_rivals.map(|rival| timed(plan, &pools.one, || rival.sample(&solid, Axis::X)).1);
+        let ms: Vec<f64> = [own].into_iter().chain(rivals).collect();
         for (series, &ms) in series.iter_mut().zip(&ms) {
             series.push((f64::from(exact.layers()), ms));
         }
@@ -45,7 +46,7 @@ pub fn chains(plan: &Plan, pools: &Pools) -> Result<Part, BenchError> {
             "rivals_ms": ms[1..], "lost_at_8_bits": capped.lost, "unclosed_at_8_bits": capped.unclosed,
         }));
     }
-    let names = ["ours"].into_iter().chain(timed.map(|rival| rival.name()));
+    let names = ["ours"].into_iter().chain(timed_rivals.map(|rival| rival.name()));
     Ok(Part {
         name: "chains",
         title: "Chains past 255 layers".to_owned(),

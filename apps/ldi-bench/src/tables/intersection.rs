@@ -8,7 +8,7 @@ use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode};
 use serde_json::json;
 
 use super::lod::mean_volume;
-use super::{LOD, Part, Plan, Pools, images, milliseconds, quantise};
+use super::{LOD, Part, Plan, Pools, images, quantise, timed};
 use crate::BenchError;
 use crate::models;
 use crate::rivals::contact_volume;
@@ -56,7 +56,7 @@ pub fn placements(plan: &Plan, pools: &Pools) -> Result<Part, BenchError> {
         };
         let methods: [&(dyn Fn() -> f64 + Sync); 4] =
             [&exact, &|| estimate(Estimate::Over), &|| estimate(Estimate::Under), &|| contact_volume([&a, &b])];
-        let results = methods.map(|method| (pools.one.install(method), milliseconds(plan, &pools.one, method)));
+        let results = methods.map(|method| timed(plan, &pools.one, method));
         let mut cells = vec![format!("{} %", number(100.0 * shift))];
         cells.extend(results.iter().flat_map(|&(volume, ms)| [format!("{volume:.3}"), number(ms)]));
         table.row(cells);

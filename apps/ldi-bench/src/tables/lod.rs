@@ -1,12 +1,13 @@
 //! Time and volume against LOD-C.
 
+use ldi_ops::grid::LatticeSolid;
 use ldi_ops::integrate::volume;
 use ldi_ops::ldi::Ldi;
 use ldi_ops::sampler::Mode;
 use serde_json::json;
 
 use super::plot::Plot;
-use super::{OVER, Part, Plan, Pools, UNDER, grid_around, images, milliseconds, quantise};
+use super::{OVER, Part, Plan, Pools, UNDER, grid_around, images, quantise, timed};
 use crate::BenchError;
 use crate::models::NamedSolid;
 use crate::table::{Table, count, number};
@@ -24,12 +25,14 @@ pub fn sweep(plan: &Plan, NamedSolid { name, mesh, .. }: &NamedSolid, pools: &Po
     let mut differences = vec![("over".to_owned(), Vec::new()), ("under".to_owned(), Vec::new())];
     let mut times = vec![("over".to_owned(), Vec::new()), ("under".to_owned(), Vec::new())];
     let solid = quantise(name, mesh, &grid_around(name, mesh, plan.resolution, plan.lods[0])?)?;
-    let exact = mean_volume(&images(&solid, Mode::Exact));
-    let exact_ms = milliseconds(plan, &pools.one, || images(&solid, Mode::Exact));
+    let measure = |solid: &LatticeSolid, mode| {
+        let (images, ms) = timed(plan, &pools.one, || images(solid, mode));
+        (mean_volume(&images), ms)
+    };
+    let (exact, exact_ms) = measure(&solid, Mode::Exact);
     for &lod in &plan.lods {
         let solid = quantise(name, mesh, &grid_around(name, mesh, plan.resolution, lod)?)?;
-        let [over, under] = [OVER, UNDER].map(|mode| mean_volume(&images(&solid, mode)));
-        let [over_ms, under_ms] = [OVER, UNDER].map(|mode| milliseconds(plan, &pools.one, || images(&solid, mode)));
+        let [(over, over_ms), (under, under_ms)] = [OVER, UNDER].map(|mode| measure(&solid, mode));
         for (i, (volume, ms)) in [(over, over_ms), (under, under_ms)].into_iter().enumerate() {
             differences[i].1.push((f64::from(lod), 100.0 * (volume / exact - 1.0).abs()));
             times[i].1.push((f64::from(lod), ms));

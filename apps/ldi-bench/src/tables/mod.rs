@@ -20,7 +20,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde_json::{Map, Value, json};
 
 use crate::BenchError;
-use crate::clock::median_times;
+use crate::clock::median;
 use crate::machine::Machine;
 #[cfg(doc)]
 use crate::models::SeedModel;
@@ -108,21 +108,30 @@ impl Pools {
     }
 }
 
-/// Work of more seconds than this is timed twice, and the lesser time counts.
+/// Work of more seconds than this has one round after its warm-up, and the lesser time of both counts.
 const LONG: f64 = 1.0;
 
-/// Returns the median wall time of some work in a pool, in milliseconds.
-fn milliseconds<T>(plan: &Plan, pool: &ThreadPool, mut work: impl FnMut() -> T + Send) -> f64 {
-    let seconds = pool.install(|| {
+/// Does some work in a pool; returns the result of the last round, and the median wall time after a warm-up in milliseconds.
+fn timed<T: Send>(plan: &Plan, pool: &ThreadPool, mut work: impl FnMut() -> T + Send) -> (T, f64) {
+    pool.install(|| {
         let mut once = || {
             let start = Instant::now();
-            drop(work());
-            start.elapsed().as_secs_f64()
+            let result = work();
+            (result, 1e3 * start.elapsed().as_secs_f64())
         };
-        let first = once();
-        if first > LONG { first.min(once()) } else { median_times(plan.runs, work).wall }
-    });
-    1e3 * seconds
+        let warm_up = once().1;
+        let (mut result, first) = once();
+        if warm_up > 1e3 * LONG {
+            return (result, warm_up.min(first));
+        }
+        let mut times = vec![first];
+        while times.len() < plan.runs {
+            let (next, time) = once();
+            result = next;
+            times.push(time);
+        }
+        (result, median(times))
+    })
 }
 
 const OVER: Mode = Mode::Estimate(Estimate::Over);
@@ -151,7 +160,7 @@ pub fn run(plan: &Plan, json: Option<&Path>, svg: Option<&Path>) -> Result<(), B
     println!(
         "All times are wall times on the CPU; no GPU takes part. Published figures are those of Leung and Wang on a GeForce \
          GTX 580 at 512² rays and LOD-C 1024; – stands where there is none. Their solids are not ours: ours are of the same \
-         kind and size. Work of more than {LONG} s is timed twice, and the lesser time counts. Images are even-odd, of {} rays \
+         kind and size. Work of more than {LONG} s has one round after its warm-up, and the lesser time counts. Images are even-odd, of {} rays \
          along the longest side and LOD-C {LOD} unless a table says otherwise.\n",
         plan.resolution
     );
