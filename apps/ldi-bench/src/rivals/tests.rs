@@ -1,6 +1,6 @@
 use glam::DVec3;
 use ldi_ops::boolean::{BooleanOperation, merge};
-use ldi_ops::grid::Grid;
+use ldi_ops::grid::{Grid, LatticeBox};
 use ldi_ops::integrate::volume;
 use ldi_ops::mesh::{ClosedMesh, TriangleMesh};
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -53,11 +53,15 @@ fn compare(rival: &dyn Rival, mesh: &ClosedMesh) -> Comparison {
 fn uncapped_rivals_find_the_exact_image() {
     let rivals: [&dyn Rival; 5] =
         [&StencilBuffer::UNCAPPED, &FreePipe::COMPACT, &DepthPeeling, &KBuffer::ALL_PASSES, &RoutedABuffer::ALL_PASSES];
-    for (mesh, resolution) in [(plates(300, 0.3), 100), (ball(), 64)] {
-        let solid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
-        let solid = solid.quantise(&mesh).unwrap();
-        for (rival, axis) in rivals.into_iter().flat_map(|rival| Axis::ALL.map(|axis| (rival, axis))) {
-            let (exact, layers) = (exact(&solid, axis), rival.sample(&solid, axis));
+    for (mesh, resolution) in [(plates(300, 0.3), 128), (ball(), 64)] {
+        let grid = Grid::with_resolution(mesh.bounds(), resolution, 1024).unwrap();
+        let whole = grid.quantise(&mesh).unwrap();
+        let LatticeBox { min, max } = *whole.bounds();
+        let middle = std::array::from_fn(|i| min[i].midpoint(max[i]));
+        let solids = [whole.clone(), whole.within(&LatticeBox { min, max: middle })];
+        let cases = rivals.into_iter().flat_map(|rival| Axis::ALL.map(|axis| (rival, axis)));
+        for ((rival, axis), solid) in cases.flat_map(|case| solids.each_ref().map(|solid| (case, solid))) {
+            let (exact, layers) = (exact(solid, axis), rival.sample(solid, axis));
             assert!(exact.layers() > 0, "{}", rival.name());
             assert_eq!(layers.offsets, exact.offsets(), "{} along {}", rival.name(), axis.name());
             let depths: Vec<i32> = layers.crossings.iter().map(|crossing| crossing.nearest()).collect();
@@ -135,6 +139,20 @@ fn voxels_round_depths_and_merge_what_one_voxel_holds() {
         assert_eq!((found.lost, found.extra, found.unclosed), (RAYS * lost, 0, 0), "{}", rival.name());
         assert_eq!(found.length, (RAYS as i64 * length) << 10, "{}", rival.name());
         assert_eq!(found.exact_length, (RAYS as i64 * 6) << 10);
+    }
+}
+
+#[test]
+fn runs_of_voxels_go_on_over_words_and_end_with_the_ray() {
+    let mesh = boxes([(4.5, 8.25), (31.5, 32.0)]);
+    let grid = Grid::from_parts(DVec3::ZERO, 1.0, [4, 4, 32], 10, 256).unwrap();
+    let solid = grid.quantise(&mesh).unwrap();
+    for (rival, expected) in
+        [(Voxelisation::PARITY, [36, 66, 252, 255]), (Voxelisation::CONSERVATIVE, [36, 67, 252, 256])]
+    {
+        let layers = rival.sample(&solid, Axis::Z);
+        let faces: Vec<i32> = layers.on_ray(0).iter().map(|crossing| crossing.nearest() >> 7).collect();
+        assert_eq!(faces, expected, "{}", rival.name());
     }
 }
 
