@@ -76,6 +76,11 @@ impl NodeSet {
         self.size.iter().product()
     }
 
+    /// Returns the lower and upper corner of the raster in pitches: the outer faces of the cubes around its nodes.
+    pub fn walls(&self) -> [[f32; 3]; 2] {
+        [[-0.5; 3], self.size.map(|n| n as f32 - 0.5)]
+    }
+
     /// Returns the number of words of a row.
     pub fn words(&self) -> usize {
         self.words
@@ -130,6 +135,35 @@ impl NodeSet {
         self.combined(other, |a, b| a & !b)
     }
 
+    /// Returns all nodes of the raster that are at most `by` < 64 nodes from one of this set along each axis.
+    pub fn grown(&self, by: usize) -> NodeSet {
+        let [_, rows, planes] = self.size;
+        let mut grown = self.clone();
+        let along_x = |row: &mut [u64]| {
+            let own = row.to_vec();
+            for step in 1..=by {
+                for (word, bits) in row.iter_mut().enumerate() {
+                    let before = word.checked_sub(1).map_or(0, |word| own[word] >> (64 - step));
+                    let after = own.get(word + 1).map_or(0, |next| next << (64 - step));
+                    *bits |= own[word] << step | before | own[word] >> step | after;
+                }
+            }
+        };
+        grown.bits.par_chunks_mut(self.words.max(1)).for_each(along_x);
+        for axis in [1, 2] {
+            let along = grown.clone();
+            grown.bits.par_chunks_mut(self.words.max(1)).enumerate().for_each(|(row, bits)| {
+                let (at, length) = if axis == 1 { (row % rows, rows) } else { (row / rows, planes) };
+                for other in at.saturating_sub(by)..(at + by + 1).min(length) {
+                    let (y, z) = if axis == 1 { (other, row / rows) } else { (row % rows, other) };
+                    bits.iter_mut().zip(along.row(y, z)).for_each(|(word, other)| *word |= other);
+                }
+            });
+        }
+        grown.trim();
+        grown
+    }
+
     /// # Panics
     /// If the sets are of rasters of different sizes.
     fn combined(&self, other: &NodeSet, combine: impl Fn(u64, u64) -> u64 + Sync) -> NodeSet {
@@ -180,5 +214,16 @@ mod tests {
         }
         assert_eq!(low.count(), 65 * 15);
         assert_eq!(NodeSet::full(size).count(), 70 * 15);
+    }
+
+    #[test]
+    fn sets_grow_to_all_sides_and_not_beyond() {
+        let size = [130, 7, 9];
+        let near = |a: usize, b: usize| a.abs_diff(b) <= 3;
+        let grown = NodeSet::from_fn(size, |node| node == [63, 1, 4] || node == [129, 6, 8]).grown(3);
+        let expected = NodeSet::from_fn(size, |[x, y, z]| {
+            (near(x, 63) && near(y, 1) && near(z, 4)) || (near(x, 129) && near(y, 6) && near(z, 8))
+        });
+        assert_eq!(grown, expected);
     }
 }

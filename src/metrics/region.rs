@@ -80,6 +80,12 @@ impl<'a> Region<'a> {
         [self.bounds.min.map(place), self.bounds.max.map(place)]
     }
 
+    /// Returns the lower and upper corner of a box in pitches, whose faces are walls with
+    /// [`BoundaryCondition::Border`](super::BoundaryCondition::Border).
+    pub fn walls(&self) -> Option<[[f32; 3]; 2]> {
+        self.is_box().then(|| self.bounds_in_pitches().map(|corner| corner.map(|place| place as f32)))
+    }
+
     /// Returns the nodes in the region.
     pub fn nodes(&self) -> &NodeSet {
         &self.nodes

@@ -31,7 +31,7 @@ fn spans(side: usize, edges: BoundaryCondition, axis: Axis, solid: impl Fn([f64;
     let (crossings, solid) = Crossings::of_function([side; 3], edges, solid);
     let pores = Phase::Pore.nodes(&solid, &NodeSet::full([side; 3]));
     let field = DistanceField::of(&crossings, edges);
-    let radii = radii(&field, &pores, &largest_balls(&field, &pores));
+    let radii = radii(field.values(), &pores, &largest_balls(&field, &pores));
     percolation(&radii, &pores, &Ends::of_raster([side; 3], axis), edges).expect("what spans the box")
 }
 
@@ -192,7 +192,7 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     assert_eq!(Phase::Pore.nodes(&solid, &full), pores);
     let field = DistanceField::of(&crossings, BoundaryCondition::Clip);
     let balls = largest_balls(&field, &pores);
-    let cells = crate::metrics::thickness::radii(&field, &pores, &balls);
+    let cells = crate::metrics::thickness::radii(field.values(), &pores, &balls);
     let from_balls = access_sizes(
         &balls,
         &bottlenecks(&cells, &open, &rim(&full), BoundaryCondition::Clip),

@@ -76,8 +76,7 @@ impl Crossings {
                 }
             })
         });
-        let walls = (edges == BoundaryCondition::Border && region.is_box())
-            .then(|| region.bounds_in_pitches().map(|corner| corner.map(|place| place as f32)));
+        let walls = (edges == BoundaryCondition::Border).then(|| region.walls()).flatten();
         Crossings { size: grid.rays().map(|n| n as usize), rows, walls }
     }
 
@@ -103,7 +102,7 @@ impl Crossings {
         });
         let along_y = Rows::across(columns, rows, planes, seam, |z, y| solid.row(y, z));
         let along_z = Rows::across(columns, planes, rows, seam, |y, z| solid.row(y, z));
-        let walls = (edges == BoundaryCondition::Border).then(|| [[-0.5; 3], size.map(|n| n as f32 - 0.5)]);
+        let walls = (edges == BoundaryCondition::Border).then(|| solid.walls());
         Crossings { size, rows: [along_x, along_y, along_z], walls }
     }
 

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub use crossings::Crossings;
 use envelope::{Envelope, Nearest, along};
 
-use super::BoundaryCondition;
+use super::{BoundaryCondition, NodeSet};
 use crate::allocation::vec_with_room;
 use crate::cancel::checkpoint;
 use crate::grid::Axis;
@@ -82,12 +82,26 @@ impl DistanceField {
             transform.along_columns(&mut values, &mut sites);
             transform.across_z(&mut values, &mut sites);
         }
-        let walls = crossings.walls().unwrap_or_default();
-        let mut field = DistanceField { size, edges, values, sites, crossings: listed(crossings), firsts, walls };
-        if crossings.walls().is_some() {
-            field.meet_walls();
+        let field =
+            DistanceField { size, edges, values, sites, crossings: listed(crossings), firsts, walls: [[0.0; 3]; 2] };
+        match crossings.walls() {
+            Some(walls) => field.between(walls),
+            None => field,
         }
-        field
+    }
+
+    /// Makes the faces of a box walls, given as its lower and upper corner in pitches. They need no transform: the field of
+    /// [`BoundaryCondition::Clip`] becomes that of [`BoundaryCondition::Border`].
+    pub fn between(mut self, walls: [[f32; 3]; 2]) -> DistanceField {
+        (self.edges, self.walls) = (BoundaryCondition::Border, walls);
+        self.meet_walls();
+        self
+    }
+
+    /// Returns the nodes that are nearer to a wall of the box than to a crossing.
+    pub(super) fn beside_walls(&self) -> NodeSet {
+        let [columns, rows, _] = self.size;
+        NodeSet::from_fn(self.size, |[x, y, z]| (WALLS..u32::MAX).contains(&self.sites[(z * rows + y) * columns + x]))
     }
 
     /// Returns the number of nodes along x, y and z.
@@ -105,11 +119,23 @@ impl DistanceField {
         &self.values
     }
 
+    /// Returns the distances alone.
+    pub fn into_values(self) -> Vec<f32> {
+        self.values
+    }
+
     /// Returns the point of the surface nearest to a node, in pitches; `None` where there is none. With
     /// [`BoundaryCondition::Periodic`] it is the nearest of its repetitions, which may lie outside of the raster.
     pub fn site(&self, index: usize) -> Option<[f32; 3]> {
         let [columns, rows, _] = self.size;
         self.site_of([index % columns, index / columns % rows, index / columns / rows])
+    }
+
+    /// Returns a number that only nodes with one and the same site share; `None` where sites repeat or the site is a wall's.
+    #[inline]
+    pub(super) fn site_number(&self, [x, y, z]: [usize; 3]) -> Option<u32> {
+        let site = self.sites[(z * self.size[1] + y) * self.size[0] + x];
+        (site < WALLS && self.edges != BoundaryCondition::Periodic).then_some(site)
     }
 
     /// Returns the same for the node at a position.
@@ -140,7 +166,7 @@ impl DistanceField {
         Some(site)
     }
 
-    /// Applies the walls of a box, whose distances need no transform.
+    /// Applies the walls.
     fn meet_walls(&mut self) {
         let [columns, rows, _] = self.size;
         let walls = self.walls;

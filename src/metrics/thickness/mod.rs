@@ -36,12 +36,13 @@ mod ridge;
 mod thin;
 
 pub use paint::paint;
-pub use ridge::largest_balls;
+pub use ridge::{largest_balls, largest_balls_between};
 
 use rayon::prelude::*;
 
-use super::NodeSet;
 use super::distance::DistanceField;
+use super::{BoundaryCondition, NodeSet};
+use crate::bits::ones;
 use crate::cancel::checkpoint;
 
 /// A ball within a phase, in pitches.
@@ -61,10 +62,18 @@ pub struct Ball {
 /// # Panics
 /// If field and nodes are of rasters of different sizes.
 pub fn local_thickness(field: &DistanceField, nodes: &NodeSet) -> Vec<f32> {
-    let balls = largest_balls(field, nodes);
+    thickness_of(&largest_balls(field, nodes), field.values(), nodes, field.edges())
+}
+
+/// Computes the same from the largest balls of the phase, and the distances of all nodes.
+///
+/// # Panics
+/// If there is not a distance for each node.
+pub fn thickness_of(balls: &[Ball], distances: &[f32], nodes: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
+    assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
     let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius).collect();
-    let mut thickness = paint(&balls, &sizes, nodes, field.edges());
-    each_of(&mut thickness, nodes, |index, thickness| *thickness = thickness.max(2.0 * field.values()[index]));
+    let mut thickness = paint(balls, &sizes, nodes, edges);
+    each_of(&mut thickness, nodes, |index, thickness| *thickness = thickness.max(2.0 * distances[index]));
     thickness
 }
 
@@ -72,11 +81,11 @@ pub fn local_thickness(field: &DistanceField, nodes: &NodeSet) -> Vec<f32> {
 /// the distance where they have none there; 0 at other nodes.
 ///
 /// # Panics
-/// If field and nodes are of rasters of different sizes.
-pub fn radii(field: &DistanceField, nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
-    assert_eq!(field.size(), nodes.size(), "nodes of the field's raster");
+/// If there is not a distance for each node.
+pub fn radii(distances: &[f32], nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
+    assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
     let mut radii = vec![0.0; nodes.volume()];
-    each_of(&mut radii, nodes, |index, radius| *radius = field.values()[index]);
+    each_of(&mut radii, nodes, |index, radius| *radius = distances[index]);
     for ball in balls {
         let radius = &mut radii[ball.node as usize];
         *radius = radius.max(ball.radius);
@@ -90,9 +99,7 @@ fn each_of(map: &mut [f32], nodes: &NodeSet, change: impl Fn(usize, &mut f32) + 
     map.par_chunks_mut(columns.max(1)).enumerate().for_each(|(row, map)| {
         checkpoint();
         let (y, z) = (row % rows, row / rows);
-        for (x, value) in map.iter_mut().enumerate().filter(|(x, _)| nodes.contains([*x, y, z])) {
-            change(row * columns + x, value);
-        }
+        ones(nodes.row(y, z)).for_each(|x| change(row * columns + x, &mut map[x]));
     });
 }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Ball;
+use crate::bits::ones;
 use crate::cancel::checkpoint;
 use crate::metrics::distance::DistanceField;
 use crate::metrics::{BoundaryCondition, NodeSet};
@@ -35,8 +36,12 @@ const STEPS: usize = 16;
 /// A node and its neighbours.
 const NEIGHBOURHOOD: usize = 27;
 
-/// Lanes for them, a whole number of vectors.
-const LANES: usize = 28;
+/// Points that are compared at once, and the room for those of a neighbourhood.
+const LANES: usize = 8;
+const ROOM: usize = NEIGHBOURHOOD.next_multiple_of(LANES);
+
+/// Farthest node along an axis that decides on a ball, in pitches: the last of the far steps.
+const FARTHEST: usize = 3;
 
 /// Finds balls of a phase that no other one much exceeds, at most one for each cell around a node. In the order of their nodes.
 ///
@@ -48,19 +53,23 @@ const LANES: usize = 28;
 /// # Panics
 /// If field and nodes are of rasters of different sizes, or there are 2³² nodes or more.
 pub fn largest_balls(field: &DistanceField, nodes: &NodeSet) -> Vec<Ball> {
-    let [columns, rows, planes] = field.size();
-    assert_eq!(field.size(), nodes.size(), "nodes of the field's raster");
-    assert!(u32::try_from(nodes.volume()).is_ok(), "fewer than 2^32 nodes");
-    let near = Near { field, nodes };
-    (0..rows * planes)
-        .into_par_iter()
-        .flat_map_iter(|row| {
-            checkpoint();
-            let (y, z) = (row % rows, row / rows);
-            let in_row = (0..columns).filter(move |&x| nodes.contains([x, y, z]));
-            in_row.filter(move |&x| near.is_ridge([x, y, z])).map(move |x| near.ball([x, y, z]))
-        })
-        .collect()
+    Near::new(field, nodes).balls(nodes)
+}
+
+/// Finds the largest balls in a field with walls from those of the same field without them, which remain where no wall is near.
+///
+/// # Panics
+/// As [`largest_balls`].
+pub fn largest_balls_between(field: &DistanceField, nodes: &NodeSet, free: &[Ball]) -> Vec<Ball> {
+    let beside_walls = field.beside_walls().grown(FARTHEST);
+    let mut balls = Near::new(field, nodes).balls(&nodes.and(&beside_walls));
+    let [columns, rows, _] = field.size();
+    balls.par_extend(free.par_iter().copied().with_min_len(1 << 12).filter(|ball| {
+        let node = ball.node as usize;
+        !beside_walls.contains([node % columns, node / columns % rows, node / columns / rows])
+    }));
+    balls.par_sort_unstable_by_key(|ball| ball.node);
+    balls
 }
 
 /// A field, and the nodes of the phase.
@@ -70,23 +79,42 @@ struct Near<'a> {
     nodes: &'a NodeSet,
 }
 
-impl Near<'_> {
+impl<'a> Near<'a> {
+    fn new(field: &'a DistanceField, nodes: &'a NodeSet) -> Near<'a> {
+        assert_eq!(field.size(), nodes.size(), "nodes of the field's raster");
+        assert!(u32::try_from(nodes.volume()).is_ok(), "fewer than 2^32 nodes");
+        Near { field, nodes }
+    }
+
+    /// Returns the balls of the nodes of a part of the phase.
+    fn balls(self, part: &NodeSet) -> Vec<Ball> {
+        let [_, rows, planes] = self.field.size();
+        let of_row = |row: usize| {
+            checkpoint();
+            let (y, z) = (row % rows, row / rows);
+            let nodes = ones(part.row(y, z)).map(move |x| [x, y, z]);
+            nodes.filter(move |&node| self.is_ridge(node)).map(move |node| self.ball(node))
+        };
+        (0..rows * planes).into_par_iter().with_min_len(16).flat_map_iter(of_row).collect()
+    }
+
+    #[inline]
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
         let [columns, rows, _] = self.field.size();
         (z * rows + y) * columns + x
     }
 
     /// Returns a neighbour of a node, where there is one.
+    #[inline]
     fn neighbour(&self, node: [usize; 3], offset: [i32; 3]) -> Option<[usize; 3]> {
         let size = self.field.size();
         let mut other = [0; 3];
         for axis in 0..3 {
-            let at = node[axis] as i64 + i64::from(offset[axis]);
+            let at = node[axis].wrapping_add_signed(offset[axis] as isize);
             other[axis] = match self.field.edges() {
-                BoundaryCondition::Periodic => at.rem_euclid(size[axis] as i64) as usize,
-                BoundaryCondition::Clip | BoundaryCondition::Border => {
-                    (0..size[axis] as i64).contains(&at).then_some(at as usize)?
-                }
+                _ if at < size[axis] => at,
+                BoundaryCondition::Periodic => (at as isize).rem_euclid(size[axis] as isize) as usize,
+                BoundaryCondition::Clip | BoundaryCondition::Border => return None,
             };
         }
         Some(other)
@@ -169,16 +197,23 @@ impl Near<'_> {
 
     /// Returns the sites of a node and its neighbours in the phase, relative to the node.
     fn sites_nearby(&self, node: [usize; 3]) -> Sites {
-        let mut sites = Sites { lanes: [[FAR; LANES]; 3] };
+        let mut sites = Sites { lanes: [[FAR; ROOM]; 3], count: 0 };
+        let mut numbers = [u32::MAX; NEIGHBOURHOOD];
         for place in 0..NEIGHBOURHOOD {
             let offset = [place % 3, place / 3 % 3, place / 9].map(|i| i as i32 - 1);
             let Some(other) = self.neighbour(node, offset).filter(|&other| self.nodes.contains(other)) else {
                 continue;
             };
-            let Some(site) = self.field.site_of(other) else { continue };
-            for axis in 0..3 {
-                sites.lanes[axis][place] = site[axis] - (other[axis] as f32 - offset[axis] as f32);
+            // Most nodes share their site with the neighbour before them along one of the axes.
+            if let Some(number) = self.field.site_number(other) {
+                numbers[place] = number;
+                let shares = |step: usize, by: i32| by >= 0 && numbers[place - step] == number;
+                if shares(1, offset[0]) || shares(3, offset[1]) || shares(9, offset[2]) {
+                    continue;
+                }
             }
+            let Some(site) = self.field.site_of(other) else { continue };
+            sites.add([0, 1, 2].map(|axis| site[axis] - (other[axis] as f32 - offset[axis] as f32)));
         }
         sites
     }
@@ -189,24 +224,32 @@ const FAR: f32 = 1e18;
 
 /// Points, coordinate by coordinate.
 struct Sites {
-    lanes: [[f32; LANES]; 3],
+    lanes: [[f32; ROOM]; 3],
+    count: usize,
 }
 
 impl Sites {
-    /// Returns the square of the distance to the nearest point, and that point.
+    fn add(&mut self, site: [f32; 3]) {
+        (0..3).for_each(|axis| self.lanes[axis][self.count] = site[axis]);
+        self.count += 1;
+    }
+
+    /// Returns the square of the distance to the nearest point, and the first point at that distance.
     #[inline]
     fn nearest(&self, from: [f32; 3]) -> (f32, [f32; 3]) {
-        let mut squared = [0.0; LANES];
-        for (lane, squared) in squared.iter_mut().enumerate() {
-            let off = [0, 1, 2].map(|axis| self.lanes[axis][lane] - from[axis]);
-            *squared = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-        }
-        let (mut least, mut nearest) = (squared[0], 0);
-        for (lane, &squared) in squared.iter().enumerate() {
-            if squared < least {
-                (least, nearest) = (squared, lane);
+        let used = self.count.next_multiple_of(LANES);
+        let mut squared = [0.0; ROOM];
+        let mut least = [f32::INFINITY; LANES];
+        for first in (0..used).step_by(LANES) {
+            for lane in 0..LANES {
+                let off = [0, 1, 2].map(|axis| self.lanes[axis][first + lane] - from[axis]);
+                let square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
+                squared[first + lane] = square;
+                least[lane] = if square < least[lane] { square } else { least[lane] };
             }
         }
+        let least = least.into_iter().fold(f32::INFINITY, |least, other| if other < least { other } else { least });
+        let nearest = (0..used).rev().fold(0, |nearest, lane| if squared[lane] == least { lane } else { nearest });
         (least, [0, 1, 2].map(|axis| self.lanes[axis][nearest]))
     }
 }

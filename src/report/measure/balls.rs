@@ -12,7 +12,7 @@ use crate::grid::Axis;
 use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
 use crate::metrics::components::{open_pores, rim};
 use crate::metrics::distance::{Crossings, DistanceField};
-use crate::metrics::thickness::{Ball, largest_balls, local_thickness, radii};
+use crate::metrics::thickness::{Ball, largest_balls, largest_balls_between, radii, thickness_of};
 use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use crate::number::number;
 use crate::report::id::{self, ByStatistic, Statistic};
@@ -37,121 +37,199 @@ pub fn from_outside(edges: BoundaryCondition) -> BoundaryCondition {
     }
 }
 
-/// The largest balls of the pores: those that enter from outside, and those that lie within the region.
-pub struct Ways {
-    free: PoreBalls,
-    /// `Some` if balls must lie within the region.
-    within: Option<PoreBalls>,
+/// The largest balls of both phases: those that may reach beyond the region, and those of its boundary condition.
+pub struct Balls {
+    /// The nodes of the solid and of the pores.
+    phases: [NodeSet; 2],
+    pub free: Inscribed,
+    /// `Some` if the boundary condition differs from that of free balls, or the solid does.
+    within: Option<Inscribed>,
 }
 
-/// The largest balls of the pores, and the radius of the largest ball centred in each node's cell.
-struct PoreBalls {
-    balls: Vec<Ball>,
-    radii: Vec<f32>,
+/// The largest balls of each phase, and the distances of all nodes.
+pub struct Inscribed {
+    distances: Vec<f32>,
+    balls: [Vec<Ball>; 2],
+    edges: BoundaryCondition,
 }
 
-impl PoreBalls {
-    /// Computes the balls of a study's pores; `None` if no surface limits them.
-    fn of(study: &Study, pores: &NodeSet, edges: BoundaryCondition) -> Option<PoreBalls> {
-        let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
-        PoreBalls::in_field(&field, pores)
+impl Inscribed {
+    fn of(crossings: &Crossings, edges: BoundaryCondition, phases: &[NodeSet; 2]) -> (Inscribed, DistanceField) {
+        let field = DistanceField::of(crossings, edges);
+        let balls = phases.each_ref().map(|nodes| largest_balls(&field, nodes));
+        (Inscribed { distances: field.values().to_vec(), balls, edges }, field)
     }
 
-    fn in_field(field: &DistanceField, pores: &NodeSet) -> Option<PoreBalls> {
-        let balls = largest_balls(field, pores);
+    /// Adds walls to the field that the balls were found in.
+    fn between(&self, walls: [[f32; 3]; 2], field: DistanceField, phases: &[NodeSet; 2]) -> Inscribed {
+        let field = field.between(walls);
+        let balls = [0, 1].map(|phase| largest_balls_between(&field, &phases[phase], &self.balls[phase]));
+        Inscribed { balls, edges: field.edges(), distances: field.into_values() }
+    }
+
+    /// Returns the radius of the largest ball centred in the cell of each node of the pores; `None` if no surface limits them.
+    fn pore_radii(&self, pores: &NodeSet) -> Option<Vec<f32>> {
+        let balls = &self.balls[Phase::Pore as usize];
         let is_held = !balls.is_empty() && balls.iter().all(|ball| ball.radius.is_finite());
-        is_held.then(|| PoreBalls { radii: radii(field, pores, &balls), balls })
+        is_held.then(|| radii(&self.distances, pores, balls))
     }
 }
 
-impl Ways {
-    /// Computes the balls of a study's pores; `None` if no surface limits them.
-    pub fn of(study: &Study, pores: &NodeSet) -> Option<Ways> {
-        let free = PoreBalls::of(study, pores, from_outside(study.settings.edges))?;
-        let within = match study.settings.edges {
-            BoundaryCondition::Border => PoreBalls::of(study, pores, BoundaryCondition::Border),
-            BoundaryCondition::Clip | BoundaryCondition::Periodic => None,
+impl Balls {
+    /// Finds the balls of a study.
+    pub fn of(study: &Study) -> Balls {
+        let phases = Phase::BOTH.map(|phase| phase.nodes(&study.solid, study.region.nodes()));
+        let edges = study.settings.edges;
+        let crossings = |edges| Crossings::of_images(&study.images.solid, study.region, edges);
+        let free = crossings(from_outside(edges));
+        let walls = study.region.walls();
+        Balls::found(edges, phases, &free, walls, || (edges == BoundaryCondition::Border).then(|| crossings(edges)))
+    }
+
+    /// Finds the balls between the cubes of another solid, which may lie in a region in part: of its part there, and of pores.
+    pub fn between_cubes(study: &Study, solid: &NodeSet, region: &NodeSet, pores: NodeSet) -> Balls {
+        let inside = solid.and(region);
+        let edges = study.settings.edges;
+        let is_whole = inside == *solid;
+        let of_inside = || {
+            let differs = edges == BoundaryCondition::Border || !is_whole;
+            differs.then(|| Crossings::of_nodes(&inside, edges))
         };
-        Some(Ways { free, within })
+        let free = Crossings::of_nodes(solid, from_outside(edges));
+        Balls::found(edges, [inside.clone(), pores], &free, is_whole.then(|| solid.walls()), of_inside)
     }
 
-    /// Computes the balls of the pores of another solid, between the cubes of its nodes.
-    pub fn between_cubes(study: &Study, solid: &NodeSet, pores: &NodeSet) -> Option<Ways> {
-        let field = |edges| DistanceField::of(&Crossings::of_nodes(solid, edges), edges);
-        let free = PoreBalls::in_field(&field(from_outside(study.settings.edges)), pores)?;
-        Some(Ways { free, within: None })
+    /// Finds the balls between free crossings and, where there are others, between those. Walls need no other crossings.
+    fn found(
+        edges: BoundaryCondition,
+        phases: [NodeSet; 2],
+        free: &Crossings,
+        walls: Option<[[f32; 3]; 2]>,
+        others: impl FnOnce() -> Option<Crossings>,
+    ) -> Balls {
+        let (free, field) = Inscribed::of(free, from_outside(edges), &phases);
+        let within = match walls.filter(|_| edges == BoundaryCondition::Border) {
+            Some(walls) => Some(free.between(walls, field, &phases)),
+            None => {
+                drop(field);
+                others().map(|crossings| Inscribed::of(&crossings, edges, &phases).0)
+            }
+        };
+        Balls { phases, free, within }
     }
 
-    /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes.
+    /// Returns the nodes of a phase.
+    pub fn nodes(&self, phase: Phase) -> &NodeSet {
+        &self.phases[phase as usize]
+    }
+
+    /// Returns the local thickness of a phase under the boundary condition of the region, in pitches.
+    pub fn thickness(&self, phase: Phase) -> Vec<f32> {
+        self.thickness_by(self.within.as_ref().unwrap_or(&self.free), phase)
+    }
+
+    fn thickness_by(&self, Inscribed { distances, balls, edges }: &Inscribed, phase: Phase) -> Vec<f32> {
+        thickness_of(&balls[phase as usize], distances, self.nodes(phase), *edges)
+    }
+
+    /// Returns the local thickness of the solid with 0 at nodes that are thinner only because the region ends there, and its
+    /// thickness with balls that may reach beyond the region; that one only if the boundary condition does not allow it anyway
+    /// and a surface limits the balls. `map` is the [`thickness`](Balls::thickness).
+    pub fn uncut(&self, map: Vec<f32>, edges: BoundaryCondition) -> (Vec<f32>, Option<Vec<f32>>) {
+        let free = (edges == BoundaryCondition::Border)
+            .then(|| self.thickness_by(&self.free, Phase::Solid))
+            .filter(|free| free.iter().all(|thickness| thickness.is_finite()));
+        (uncut(map, free.as_deref()), free)
+    }
+
+    /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes; `None` if no
+    /// surface limits the balls of the pores.
     ///
     /// The ends are open. With [`BoundaryCondition::Border`] the other faces of a box are walls; a region that is not a box has
     /// no other faces, and only the solid limits the balls.
-    pub fn percolation(&self, study: &Study, pores: &NodeSet) -> [Option<access::Percolation>; 3] {
-        Axis::ALL.map(|axis| {
-            let ends = Ends::of_region(study.region, axis)?;
-            let edges = match (study.region.is_box(), study.settings.edges) {
-                (false, BoundaryCondition::Border) => BoundaryCondition::Clip,
-                (_, edges) => edges,
-            };
-            match &self.within {
-                Some(within) if study.region.is_box() => {
-                    percolation(&self.between_walls(within, study, axis), pores, &ends, BoundaryCondition::Clip)
-                }
-                _ => percolation(&self.free.radii, pores, &ends, edges),
+    pub fn percolation(&self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
+        let free = self.free.pore_radii(self.nodes(Phase::Pore))?;
+        let within = match study.settings.edges {
+            BoundaryCondition::Border => {
+                self.within.as_ref().and_then(|within| within.pore_radii(self.nodes(Phase::Pore)))
             }
-        })
+            BoundaryCondition::Clip | BoundaryCondition::Periodic => None,
+        };
+        Some(spans(study, self.nodes(Phase::Pore), &free, within.as_deref()))
     }
 
-    /// Returns radii with walls around the axis and none across it: those of balls within the region, except that balls next to
-    /// the ends may reach outside as far as the distance to the walls around.
-    fn between_walls(&self, within: &PoreBalls, study: &Study, axis: Axis) -> Vec<f32> {
-        let [low, high] = study.region.bounds_in_pitches();
-        let [columns, rows, _] = study.solid.size();
-        let to_face =
-            |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
-        let around = [axis.column(), axis.row()];
-        let radius = |(index, (&within, &free)): (usize, (&f32, &f32))| {
-            let node = [index % columns, index / columns % rows, index / (columns * rows)];
-            if to_face(axis.depth(), node[axis.depth()]) > free {
-                return within;
-            }
-            let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
-            within.max(free.min(walls[0]).min(walls[1]))
-        };
-        let both = within.radii.par_iter().zip(&self.free.radii).enumerate();
-        both.with_min_len(1 << 12).map(radius).collect()
+    /// Returns the diameters of the same balls where the walls count as they do between cubes: at nodes.
+    pub fn percolation_between_cubes(&self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
+        let free = self.free.pore_radii(self.nodes(Phase::Pore))?;
+        Some(spans(study, self.nodes(Phase::Pore), &free, None))
     }
 }
 
-/// Records the access from outside; returns the curve and the distribution of sizes.
-pub fn access(study: &Study, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
-    let pores = Phase::Pore.nodes(&study.solid, study.region.nodes());
-    let free = from_outside(study.settings.edges);
-    let found = match pores.is_empty() {
-        true => Err(NO_PORES),
-        false => Ways::of(study, &pores).ok_or(NO_SURFACE),
+/// Returns the largest balls that span the axes, from the radii of free balls and of those within the region.
+fn spans(study: &Study, pores: &NodeSet, free: &[f32], within: Option<&[f32]>) -> [Option<access::Percolation>; 3] {
+    let along = |axis: Axis| {
+        let ends = Ends::of_region(study.region, axis)?;
+        let edges = match (study.region.is_box(), study.settings.edges) {
+            (false, BoundaryCondition::Border) => BoundaryCondition::Clip,
+            (_, edges) => edges,
+        };
+        match within {
+            Some(within) if study.region.is_box() => {
+                percolation(&between_walls(within, free, study, axis), pores, &ends, BoundaryCondition::Clip)
+            }
+            _ => percolation(free, pores, &ends, edges),
+        }
     };
-    let ways = match found {
-        Ok(ways) => ways,
+    let (x, (y, z)) = rayon::join(|| along(Axis::X), || rayon::join(|| along(Axis::Y), || along(Axis::Z)));
+    [x, y, z]
+}
+
+/// Returns radii with walls around the axis and none across it: those of balls within the region, except that balls next to the
+/// ends may reach outside as far as the distance to the walls around.
+fn between_walls(within: &[f32], free: &[f32], study: &Study, axis: Axis) -> Vec<f32> {
+    let [low, high] = study.region.bounds_in_pitches();
+    let [columns, rows, _] = study.solid.size();
+    let to_face = |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
+    let around = [axis.column(), axis.row()];
+    let radius = |(index, (&within, &free)): (usize, (&f32, &f32))| {
+        let node = [index % columns, index / columns % rows, index / (columns * rows)];
+        if to_face(axis.depth(), node[axis.depth()]) > free {
+            return within;
+        }
+        let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
+        within.max(free.min(walls[0]).min(walls[1]))
+    };
+    within.par_iter().zip(free).enumerate().with_min_len(1 << 12).map(radius).collect()
+}
+
+/// Records the access from outside; returns the curve and the distribution of sizes.
+pub fn access(study: &Study, found: &Balls, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
+    let pores = found.nodes(Phase::Pore);
+    let free = from_outside(study.settings.edges);
+    let radii = match pores.is_empty() {
+        true => Err(NO_PORES),
+        false => found.free.pore_radii(pores).ok_or(NO_SURFACE),
+    };
+    let radii = match radii {
+        Ok(radii) => radii,
         Err(why) => {
             lacks_access(record, why);
             return (None, None);
         }
     };
-    let spans = ways.percolation(study, &pores);
-    put_percolation(study, spans, record);
-
-    let Ways { free: PoreBalls { balls, radii }, within } = ways;
     // Balls enter through the faces; if they must lie within the region, only balls within it cover pores.
-    let balls = within.map_or(balls, |within| within.balls);
-    let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), free);
+    let within = found.within.as_ref().and_then(|within| Some((within, within.pore_radii(pores)?)));
+    let spans = spans(study, pores, &radii, within.as_ref().map(|(_, radii)| &radii[..]));
+    put_percolation(study, spans, record);
+    let balls = &within.map_or(&found.free, |(within, _)| within).balls[Phase::Pore as usize];
+    let reached = bottlenecks(&radii, pores, &rim(study.region.nodes()), free);
     drop(radii);
-    let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
-    put_open(study, &pores, &open, record);
-    let map = access_sizes(&balls, &reached, &open, free);
+    let open = open_pores(pores, study.region.nodes(), study.settings.edges);
+    put_open(study, pores, &open, record);
+    let map = access_sizes(balls, &reached, &open, free);
     drop(reached);
     let pitch = study.region.grid().pitch();
-    let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
+    let curve = access::AccessCurve::of(&map, &open, pores, pitch).map(|curve| {
         let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
         record.put_or(id::ACCESS_HALF, half, "less than half of the pore volume is open");
         let every = curve.points().count().div_ceil(POINTS).max(1);
@@ -231,17 +309,17 @@ fn put_open(study: &Study, pores: &NodeSet, open: &NodeSet, record: &mut Record)
 /// distributions.
 pub fn thickness(
     study: &Study,
+    found: &Balls,
     slices: &mut [SliceMaker],
     growth: &mut Growth,
     record: &mut Record,
 ) -> Vec<HistogramPlot> {
     let edges = study.settings.edges;
-    let field = DistanceField::of(&Crossings::of_images(&study.images.solid, study.region, edges), edges);
     let pitch = study.region.grid().pitch();
     let mut plots = Vec::new();
     let mut walls = None;
     for phase in Phase::BOTH {
-        let nodes = phase.nodes(&study.solid, study.region.nodes());
+        let nodes = found.nodes(phase);
         if phase == Phase::Solid
             && nodes.is_empty()
             && record.value(id::VOLUME_SOLID).is_some_and(|volume| volume > 0.0)
@@ -255,7 +333,7 @@ pub fn thickness(
         };
         let map = match nodes.is_empty() {
             true => Err(nothing),
-            false => Ok(local_thickness(&field, &nodes)),
+            false => Ok(found.thickness(phase)),
         };
         let values = map.as_ref().ok().and_then(|map| Distribution::of_map(map, pitch));
         let (map, values) = match (map, values) {
@@ -269,17 +347,15 @@ pub fn thickness(
         if phase == Phase::Pore {
             slices.iter_mut().for_each(|slice| slice.fill(phase, &map, nodes.size()));
         }
-        growth.take(phase, &map, &nodes, pitch);
+        growth.take(phase, &map, nodes, pitch);
         plots.push(plots::histogram(plot, phase, &values, study.subject.solid.unit));
         if phase == Phase::Solid {
-            walls = Some((map, nodes));
+            walls = Some(map);
         }
     }
-    drop(field);
-    if let Some((map, nodes)) = walls {
-        let crossings = || Crossings::of_images(&study.images.solid, study.region, BoundaryCondition::Clip);
-        let free = free_thickness(crossings, &nodes, edges);
-        let counted = uncut(map, free.as_deref());
+    if let Some(map) = walls {
+        let nodes = found.nodes(Phase::Solid);
+        let (counted, free) = found.uncut(map, edges);
         let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
         let most = values.quantile(0.99) as f32;
         // In a picture, nodes at a cut by the region appear neither thin nor thicker than the rest.
@@ -287,7 +363,7 @@ pub fn thickness(
         let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
         let shown = shown.as_ref().unwrap_or(&counted);
         slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
-        put_thinnest(study, &counted, values.quantile(0.01) * pitch, &nodes, record);
+        put_thinnest(study, &counted, values.quantile(0.01) * pitch, nodes, record);
     }
     let largest = record.value(id::PORE_THICKNESS.of(Statistic::Max));
     let entry = record.put_or(id::PORE_LARGEST, largest, NO_PORES);
@@ -335,23 +411,9 @@ fn lost_between_rays(record: &mut Record) {
 /// Largest difference between two maps, in pitches, that painting alone can cause.
 const REPAINTED: f32 = 0.5;
 
-/// Returns the thickness of a solid, in pitches, with balls that may reach beyond the region; `None` if `edges` allows that
-/// anyway, or if nothing would limit the balls.
-pub fn free_thickness(
-    crossings: impl FnOnce() -> Crossings,
-    nodes: &NodeSet,
-    edges: BoundaryCondition,
-) -> Option<Vec<f32>> {
-    if edges != BoundaryCondition::Border {
-        return None;
-    }
-    let free = local_thickness(&DistanceField::of(&crossings(), BoundaryCondition::Clip), nodes);
-    free.iter().all(|thickness| thickness.is_finite()).then_some(free)
-}
-
 /// Returns the thickness map with 0 at nodes that are thinner only because the region ends there; the unchanged map if that
 /// applies to all nodes.
-pub fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
+fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
     let Some(free) = free else { return map };
     let left: Vec<f32> =
         map.iter().zip(free).map(|(&within, &free)| if free > within + REPAINTED { 0.0 } else { within }).collect();

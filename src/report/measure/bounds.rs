@@ -4,7 +4,7 @@
 //! a finer raster, because they only need cubes to be counted. Percolation and thickness are measured again on both, as they
 //! grow or shrink with the solid: the pores of the outer solid let no larger ball pass than those of the solid itself.
 
-use super::balls::{Ways, free_thickness, uncut};
+use super::balls::Balls;
 use super::record::Record;
 use super::{Clock, Study};
 use crate::Error;
@@ -12,8 +12,6 @@ use crate::driver::input::Solid;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, NodePlanes};
 use crate::metrics::bounds::{Interval, Sampled, SolidBounds, VolumeBounds, Within, finer_grid};
-use crate::metrics::distance::{Crossings, DistanceField};
-use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Distribution, NodeSet, Phase};
 use crate::report::id;
 use crate::sampler::{FillRule, Mode, Sampler};
@@ -54,8 +52,14 @@ fn between_cubes(study: &Study, clock: &mut Clock, record: &mut Record) {
         // A box is exact.
         _ => SolidBounds { inner: study.region.nodes().clone(), outer: study.region.nodes().clone() },
     };
-    clock.time("bounds of percolation", || percolation(study, &bounds, &region, record));
-    clock.time("bounds of thickness", || thinnest(study, &bounds, &region, record));
+    let between = |solid: &NodeSet, of_solid: &NodeSet, of_pores: &NodeSet| {
+        Balls::between_cubes(study, solid, of_solid, of_pores.minus(solid))
+    };
+    let [outer, inner] = clock.time("balls between cubes", || {
+        [between(&bounds.outer, &region.outer, &region.inner), between(&bounds.inner, &region.inner, &region.outer)]
+    });
+    clock.time("bounds of percolation", || percolation(study, [&outer, &inner], record));
+    clock.time("bounds of thickness", || thinnest(study, &outer, &inner, record));
 }
 
 fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Error> {
@@ -108,9 +112,12 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
 }
 
 /// Bounds the largest balls that span the axes: between the cubes of the outer solid, and of the inner one.
-fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
-    let least_and_most = [(&bounds.outer, &region.inner), (&bounds.inner, &region.outer)];
-    let found = least_and_most.map(|(solid, region)| spans(study, solid, region));
+fn percolation(study: &Study, outer_and_inner: [&Balls; 2], record: &mut Record) {
+    // The diameters along x, y and z, in pitches.
+    let found = outer_and_inner.map(|balls| match balls.percolation_between_cubes(study) {
+        Some(spans) => spans.map(|span| span.map(|span| span.diameter)),
+        None => [None; 3],
+    });
     let pitch = study.region.grid().pitch();
     let diameter = |span: Option<f64>| span.map(|diameter| diameter * pitch);
     // Centres of balls at a wall of the region are at nodes, up to half a pitch from their true place.
@@ -129,34 +136,22 @@ fn percolation(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record
     }
 }
 
-/// Returns the diameters of spanning balls along x, y and z, in pitches.
-fn spans(study: &Study, solid: &NodeSet, region: &NodeSet) -> [Option<f64>; 3] {
-    let pores = region.minus(solid);
-    let found = Ways::between_cubes(study, solid, &pores).map(|ways| ways.percolation(study, &pores));
-    found.map_or([None; 3], |spans| spans.map(|span| span.map(|span| span.diameter)))
-}
-
 /// Bounds the thinnest wall by the 1st percentiles of the thickness of the inner and of the outer solid, and a pitch more
 /// either way. Where the inner one has lost more than 1 % of the solid altogether, the lower bound is 0.
-fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &mut Record) {
+fn thinnest(study: &Study, outer: &Balls, inner: &Balls, record: &mut Record) {
     let Some(value) = record.value(id::WALL_THINNEST) else { return };
     let edges = study.settings.edges;
     let pitch = study.region.grid().pitch();
-    let p1 = |nodes: &NodeSet, beyond: &NodeSet| {
-        let field = DistanceField::of(&Crossings::of_nodes(nodes, edges), edges);
-        let map = local_thickness(&field, nodes);
-        drop(field);
-        let free = free_thickness(|| Crossings::of_nodes(beyond, BoundaryCondition::Clip), nodes, edges);
-        let map = uncut(map, free.as_deref());
+    let p1 = |balls: &Balls| {
+        let (map, _) = balls.uncut(balls.thickness(Phase::Solid), edges);
         let thickness = Distribution::of_map(&map, pitch)?;
         Some(thickness.quantile(0.01)).filter(|thickness| thickness.is_finite())
     };
     let solid = Phase::Solid.nodes(&study.solid, study.region.nodes());
-    let (inner, outer) = (bounds.inner.and(&region.inner), bounds.outer.and(&region.outer));
     // Parts of the solid without a node are lost, too.
-    let lost = outer.minus(&grown(&inner)).count() as f64 / solid.count() as f64;
-    let lower = if lost > 0.01 { None } else { p1(&inner, &bounds.inner) };
-    let upper = p1(&outer, &bounds.outer);
+    let lost = outer.nodes(Phase::Solid).minus(&inner.nodes(Phase::Solid).grown(RIND)).count() as f64;
+    let lower = if lost / solid.count() as f64 > 0.01 { None } else { p1(inner) };
+    let upper = p1(outer);
     if let Some(entry) = record.found(id::WALL_THINNEST) {
         // The thinnest 1 % are different nodes in each solid, and their thickness is known to a pitch.
         let least = lower.map_or(0.0, |lower| (lower.min(value) - pitch).max(0.0));
@@ -169,57 +164,3 @@ fn thinnest(study: &Study, bounds: &SolidBounds, region: &SolidBounds, record: &
 
 /// Greatest depth of the inner solid below the surface, in nodes: a cube that the surface meets, and its diagonal.
 const RIND: usize = 3;
-
-/// Returns a set with all nodes that are at most [`RIND`] nodes from it along each axis.
-fn grown(nodes: &NodeSet) -> NodeSet {
-    let [columns, rows, planes] = nodes.size();
-    let words = nodes.words();
-    let mut grown = nodes.clone();
-    let (mut along, none) = (nodes.clone(), vec![0; words]);
-    for axis in 0..3 {
-        for z in 0..planes {
-            for y in 0..rows {
-                let mut row = along.row(y, z).to_vec();
-                for step in 1..=RIND {
-                    let from = |set: &NodeSet, y: Option<usize>, z: Option<usize>| match (y, z) {
-                        (Some(y), Some(z)) if y < rows && z < planes => set.row(y, z).to_vec(),
-                        _ => none.clone(),
-                    };
-                    let beside = match axis {
-                        0 => [shifted_up(along.row(y, z), step), shifted_down(along.row(y, z), step)],
-                        1 => [from(&along, y.checked_sub(step), Some(z)), from(&along, Some(y + step), Some(z))],
-                        _ => [from(&along, Some(y), z.checked_sub(step)), from(&along, Some(y), Some(z + step))],
-                    };
-                    row.iter_mut().enumerate().for_each(|(i, word)| *word |= beside[0][i] | beside[1][i]);
-                }
-                grown.row_mut(y, z).copy_from_slice(&row);
-            }
-        }
-        along = grown.clone();
-    }
-    grown.and(&NodeSet::full([columns, rows, planes]))
-}
-
-fn shifted_up(row: &[u64], step: usize) -> Vec<u64> {
-    (0..row.len()).map(|i| row[i] << step | if i > 0 { row[i - 1] >> (64 - step) } else { 0 }).collect()
-}
-
-fn shifted_down(row: &[u64], step: usize) -> Vec<u64> {
-    (0..row.len()).map(|i| row[i] >> step | row.get(i + 1).map_or(0, |next| next << (64 - step))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sets_grow_to_all_sides_and_not_beyond() {
-        let size = [130, 7, 9];
-        let near = |a: usize, b: usize| a.abs_diff(b) <= RIND;
-        let grown = grown(&NodeSet::from_fn(size, |node| node == [63, 1, 4] || node == [129, 6, 8]));
-        let expected = NodeSet::from_fn(size, |[x, y, z]| {
-            (near(x, 63) && near(y, 1) && near(z, 4)) || (near(x, 129) && near(y, 6) && near(z, 8))
-        });
-        assert_eq!(grown, expected);
-    }
-}

@@ -1,14 +1,12 @@
 //! Convergence: the change of the main metrics with the raster.
 
 use super::Study;
-use super::balls::Ways;
+use super::balls::Balls;
 use super::raster::Subject;
 use super::record::Record;
 use crate::Error;
 use crate::grid::Grid;
 use crate::ldi::{Mode, NodePlanes};
-use crate::metrics::distance::{Crossings, DistanceField};
-use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Distribution, Facets, NodeSet, Phase};
 use crate::report::Settings;
 use crate::report::id::{self, MetricId, Statistic};
@@ -73,15 +71,12 @@ fn watched(
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
     let surface = images.surface(&facets, &region).area();
     let porosity = 1.0 - images.volume(&region).value / region.volume();
-    let [walls, pores] = Phase::BOTH.map(|phase| phase.nodes(&study.solid, region.nodes()));
-    let edges = settings.edges;
-    let field = DistanceField::of(&Crossings::of_images(&images.solid, &region, edges), edges);
-    let mean = |nodes: &NodeSet| {
-        let widths = Distribution::of_map(&local_thickness(&field, nodes), pitch)?;
+    let found = Balls::of(&study);
+    let means = Phase::BOTH.map(|phase| {
+        let widths = Distribution::of_map(&found.thickness(phase), pitch)?;
         widths.mean().is_finite().then(|| widths.mean())
-    };
-    let means = [&walls, &pores].map(mean);
-    let spans = Ways::of(&study, &pores).map(|ways| ways.percolation(&study, &pores));
+    });
+    let spans = found.percolation(&study);
     let percolation = spans.and_then(|[x, y, z]| Some(pitch * x?.diameter.min(y?.diameter).min(z?.diameter)));
     Ok([Some(porosity), Some(surface / region.volume()), means[0], means[1], percolation])
 }

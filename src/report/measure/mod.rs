@@ -30,6 +30,7 @@ use crate::sampler::Sampler;
 pub use clock::Clock;
 pub use raster::Subject;
 
+use self::balls::Balls;
 use self::growth::Growth;
 use self::raster::Images;
 use self::record::Record;
@@ -112,12 +113,15 @@ pub fn measure(
     clock.time("topology", || topology::measure(&study, &mut record));
     progress.step()?;
     stage("access")?;
-    let (access, of_access) = clock.time("access", || balls::access(&study, &mut record));
+    let found = clock.time("distances and balls", || Balls::of(&study));
+    let (access, of_access) = clock.time("access", || balls::access(&study, &found, &mut record));
     progress.step()?;
     stage("thickness")?;
     let mut slices = slices::through_the_middle(&region, &study.solid);
     let mut growth = Growth::of(&region, &study.solid);
-    let of_thickness = clock.time("thickness", || balls::thickness(&study, &mut slices, &mut growth, &mut record));
+    let of_thickness =
+        clock.time("thickness", || balls::thickness(&study, &found, &mut slices, &mut growth, &mut record));
+    drop(found);
     progress.step()?;
     stage("bounds")?;
     bounds::measure(&study, sampler, clock, &mut record)?;
