@@ -36,9 +36,9 @@ const STEPS: usize = 16;
 /// A node and its neighbours.
 const NEIGHBOURHOOD: usize = 27;
 
-/// Points that are compared at once, and the room for those of a neighbourhood.
+/// Points that are compared at once, and the number of times for a neighbourhood.
 const LANES: usize = 8;
-const ROOM: usize = NEIGHBOURHOOD.next_multiple_of(LANES);
+const GROUPS: usize = NEIGHBOURHOOD.div_ceil(LANES);
 
 /// Farthest node along an axis that decides on a ball, in pitches: the last of the far steps.
 const FARTHEST: usize = 3;
@@ -197,7 +197,7 @@ impl<'a> Near<'a> {
 
     /// Returns the sites of a node and its neighbours in the phase, relative to the node.
     fn sites_nearby(&self, node: [usize; 3]) -> Sites {
-        let mut sites = Sites { lanes: [[FAR; ROOM]; 3], count: 0 };
+        let mut sites = Sites { groups: [[[FAR; LANES]; GROUPS]; 3], count: 0 };
         let mut numbers = [u32::MAX; NEIGHBOURHOOD];
         for place in 0..NEIGHBOURHOOD {
             let offset = [place % 3, place / 3 % 3, place / 9].map(|i| i as i32 - 1);
@@ -213,7 +213,11 @@ impl<'a> Near<'a> {
                 }
             }
             let Some(site) = self.field.site_of(other) else { continue };
-            sites.add([0, 1, 2].map(|axis| site[axis] - (other[axis] as f32 - offset[axis] as f32)));
+            let mut from_node = [0.0; 3];
+            for axis in 0..3 {
+                from_node[axis] = site[axis] - (other[axis] as f32 - offset[axis] as f32);
+            }
+            sites.add(from_node);
         }
         sites
     }
@@ -224,32 +228,41 @@ const FAR: f32 = 1e18;
 
 /// Points, coordinate by coordinate.
 struct Sites {
-    lanes: [[f32; ROOM]; 3],
+    groups: [[[f32; LANES]; GROUPS]; 3],
     count: usize,
 }
 
 impl Sites {
     fn add(&mut self, site: [f32; 3]) {
-        (0..3).for_each(|axis| self.lanes[axis][self.count] = site[axis]);
+        for (groups, coordinate) in self.groups.iter_mut().zip(site) {
+            groups[self.count / LANES][self.count % LANES] = coordinate;
+        }
         self.count += 1;
     }
 
     /// Returns the square of the distance to the nearest point, and the first point at that distance.
     #[inline]
     fn nearest(&self, from: [f32; 3]) -> (f32, [f32; 3]) {
-        let used = self.count.next_multiple_of(LANES);
-        let mut squared = [0.0; ROOM];
-        let mut least = [f32::INFINITY; LANES];
-        for first in (0..used).step_by(LANES) {
+        let [xs, ys, zs] = &self.groups;
+        let mut squares = [[0.0; LANES]; GROUPS];
+        let mut least_of_lanes = [f32::INFINITY; LANES];
+        for group in 0..self.count.div_ceil(LANES).min(GROUPS) {
             for lane in 0..LANES {
-                let off = [0, 1, 2].map(|axis| self.lanes[axis][first + lane] - from[axis]);
-                let square = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
-                squared[first + lane] = square;
-                least[lane] = if square < least[lane] { square } else { least[lane] };
+                let (x, y, z) = (xs[group][lane] - from[0], ys[group][lane] - from[1], zs[group][lane] - from[2]);
+                let square = x * x + y * y + z * z;
+                squares[group][lane] = square;
+                least_of_lanes[lane] = if square < least_of_lanes[lane] { square } else { least_of_lanes[lane] };
             }
         }
-        let least = least.into_iter().fold(f32::INFINITY, |least, other| if other < least { other } else { least });
-        let nearest = (0..used).rev().fold(0, |nearest, lane| if squared[lane] == least { lane } else { nearest });
-        (least, [0, 1, 2].map(|axis| self.lanes[axis][nearest]))
+        let mut least = f32::INFINITY;
+        for square in least_of_lanes {
+            least = if square < least { square } else { least };
+        }
+        let mut nearest = 0;
+        for (at, &square) in squares.as_flattened()[..self.count].iter().enumerate().rev() {
+            nearest = if square == least { at } else { nearest };
+        }
+        let (group, lane) = (nearest / LANES, nearest % LANES);
+        (least, [xs[group][lane], ys[group][lane], zs[group][lane]])
     }
 }
