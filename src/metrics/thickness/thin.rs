@@ -1,5 +1,9 @@
 //! Selection of the balls that need painting.
 
+use std::cmp::Reverse;
+
+use rayon::prelude::*;
+
 use super::Ball;
 use crate::allocation::vec_with_room;
 use crate::metrics::BoundaryCondition;
@@ -18,40 +22,43 @@ const NONE: u32 = u32::MAX;
 /// A ball is dropped if a kept one has its centre within √(2 r ε) of its own, no smaller a size, and about the same radius; of
 /// the union of balls along a ridge, crescents about ε thick (0.125 pitches) are lost.
 pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges: BoundaryCondition) -> Vec<u32> {
-    let mut order: Vec<u32> = (0..balls.len() as u32).collect();
-    let key = |&index: &u32| {
-        let ball = &balls[index as usize];
-        (std::cmp::Reverse([sizes[index as usize], ball.radius].map(f32::to_bits)), ball.node)
+    // Positive numbers are in the order of their bits.
+    let entry = |(index, (ball, size)): (usize, (&Ball, &f32))| {
+        let [size, radius] = [size, &ball.radius].map(|length| u64::from(length.to_bits()));
+        (Reverse(size << 32 | radius), ball.node, index as u32)
     };
-    order.sort_unstable_by_key(key);
+    let mut order: Vec<_> = balls.par_iter().zip(sizes).enumerate().with_min_len(1 << 12).map(entry).collect();
+    order.par_sort_unstable();
     let cells = raster.iter().product();
     let mut kept_near = vec_with_room(cells);
     kept_near.resize(cells, NONE);
-    order.retain(|&index| {
-        let (ball, size) = (&balls[index as usize], sizes[index as usize]);
-        let near = kept_near[ball.node as usize];
-        if near != NONE {
-            let kept = &balls[near as usize];
-            if (kept.radius - ball.radius).abs() <= LESS && sizes[near as usize] - size <= 2.0 * LESS {
-                return false;
-            }
+    let mut kept: Vec<u32> = Vec::new();
+    let mut lengths: Vec<[f32; 2]> = Vec::new();
+    for (Reverse(bits), node, index) in order {
+        let [size, radius] = [bits >> 32, bits].map(|bits| f32::from_bits(bits as u32));
+        if let Some([of_near, radius_of_near]) = lengths.get(kept_near[node as usize] as usize)
+            && (radius_of_near - radius).abs() <= LESS
+            && of_near - size <= 2.0 * LESS
+        {
+            continue;
         }
-        stamp(&mut kept_near, raster, edges, ball, index);
-        true
-    });
-    order
+        stamp(&mut kept_near, raster, edges, [node, kept.len() as u32], radius);
+        kept.push(index);
+        lengths.push([size, radius]);
+    }
+    kept
 }
 
-/// Marks the nodes near a kept ball.
+/// Marks the nodes near a kept ball with its number among those that are kept.
 fn stamp(
     kept_near: &mut [u32],
     [columns, rows, planes]: [usize; 3],
     edges: BoundaryCondition,
-    ball: &Ball,
-    index: u32,
+    [node, number]: [u32; 2],
+    radius: f32,
 ) {
-    let reach = (2.0 * ball.radius * CRESCENT).sqrt();
-    let node = ball.node as usize;
+    let reach = (2.0 * radius * CRESCENT).sqrt();
+    let node = node as usize;
     let [x, y, z] = [node % columns, node / columns % rows, node / columns / rows];
     let whole = reach as i64;
     for dz in -whole..=whole {
@@ -63,7 +70,7 @@ fn stamp(
             let row = (z * rows + y) * columns;
             for dx in -along..=along {
                 if let Some(x) = moved(x, dx, columns, edges) {
-                    kept_near[row + x] = index;
+                    kept_near[row + x] = number;
                 }
             }
         }
