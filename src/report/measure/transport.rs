@@ -43,34 +43,45 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
     if study.subject.roi.is_some() {
         progress.expect(SOLUTIONS)?;
     }
-    for (phase, nodes) in Phase::BOTH.into_iter().zip(&phases) {
-        for axis in Axis::ALL {
-            progress.stage(format!("diffusion through the {} along {}", phase.name(), axis.name()))?;
-            let (family, none) = match phase {
-                Phase::Solid => (id::TORTUOSITY_SOLID_DIFFUSIVE, "no piece of the solid reaches from face to face"),
-                Phase::Pore => (id::TORTUOSITY_PORE_DIFFUSIVE, "no pore reaches from face to face"),
-            };
-            let id = family.along(axis);
-            match diffusive(nodes, axis, edges, EndCondition::Faces, TOLERANCE, &|_| {}) {
-                Ok(Some(diffusion)) => {
-                    record.put(id, diffusion.tortuosity).with("D/D₀", number(diffusion.effective_diffusivity))
-                }
-                Ok(None) => record.lacks(id, none),
-                Err(error) => record.lacks(id, error.to_string()),
+    let solve = |phase: Phase, axis: Axis| {
+        progress.stage(format!("diffusion through the {} along {}", phase.name(), axis.name()))?;
+        let solved = diffusive(&phases[phase as usize], axis, edges, EndCondition::Faces, TOLERANCE, &|_| {});
+        progress.step()?;
+        Ok::<_, Error>((phase, axis, solved))
+    };
+    // A path takes one thread, and so does the setup of an equation: they run side by side.
+    let (paths, solutions) = rayon::join(
+        || Axis::ALL.map(|axis| geodesic(&phases[Phase::Pore as usize], axis, edges)),
+        || {
+            let equations = Phase::BOTH.into_iter().flat_map(|phase| Axis::ALL.map(|axis| (phase, axis)));
+            equations.map(|(phase, axis)| solve(phase, axis)).collect::<Result<Vec<_>, Error>>()
+        },
+    );
+    let no_pore = "no pore reaches from face to face";
+    for (phase, axis, solved) in solutions? {
+        let (family, none) = match phase {
+            Phase::Solid => (id::TORTUOSITY_SOLID_DIFFUSIVE, "no piece of the solid reaches from face to face"),
+            Phase::Pore => (id::TORTUOSITY_PORE_DIFFUSIVE, no_pore),
+        };
+        let id = family.along(axis);
+        match solved {
+            Ok(Some(diffusion)) => {
+                record.put(id, diffusion.tortuosity).with("D/D₀", number(diffusion.effective_diffusivity))
             }
-            .with("pitch", &pitch)
-            .with("edges", edges.name());
-            if phase == Phase::Pore {
-                let id = id::TORTUOSITY_PORE_GEODESIC.along(axis);
-                match geodesic(nodes, axis, edges) {
-                    Ok(length) => record.put_or(id, length, none),
-                    Err(error) => record.lacks(id, error.to_string()),
-                }
-                .with("pitch", &pitch)
-                .with("edges", edges.name());
-            }
-            progress.step()?;
+            Ok(None) => record.lacks(id, none),
+            Err(error) => record.lacks(id, error.to_string()),
         }
+        .with("pitch", &pitch)
+        .with("edges", edges.name());
+    }
+    for (axis, path) in Axis::ALL.into_iter().zip(paths) {
+        let id = id::TORTUOSITY_PORE_GEODESIC.along(axis);
+        match path {
+            Ok(length) => record.put_or(id, length, no_pore),
+            Err(error) => record.lacks(id, error.to_string()),
+        }
+        .with("pitch", &pitch)
+        .with("edges", edges.name());
     }
     Ok(())
 }
