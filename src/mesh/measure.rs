@@ -134,7 +134,8 @@ impl Frame {
 
     #[inline]
     pub(crate) fn local(&self, position: DVec3) -> DVec3 {
-        position / self.unit - self.centre
+        // The same as a division, as the unit is a power of two; the reciprocal is computed once.
+        position * (1.0 / self.unit) - self.centre
     }
 
     /// Returns the world position of local coordinates.
