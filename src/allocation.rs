@@ -6,6 +6,8 @@
 use std::cell::Cell;
 use std::collections::TryReserveError;
 
+use bytemuck::Zeroable;
+
 /// Smallest array for large pages, in bytes; smaller ones have too few pages to matter.
 #[cfg(target_os = "linux")]
 const LEAST_BYTES: usize = 8 << 20;
@@ -27,12 +29,12 @@ pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(vec)
 }
 
-/// Returns bytes that are 0, and not touched yet.
-pub fn zeroed_bytes(count: usize) -> Vec<u8> {
-    let bytes = vec![0; count];
+/// Returns values that are 0, and not touched yet.
+pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
+    let vec = bytemuck::zeroed_vec(count);
     #[cfg(target_os = "linux")]
-    advise_huge_pages(&bytes);
-    bytes
+    advise_huge_pages(&vec);
+    vec
 }
 
 thread_local! {

@@ -19,7 +19,7 @@ use crate::error::OpenMesh;
 use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
 use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, NotClosed, Precision, TriangleMesh};
+use crate::mesh::{Aabb, ClosedMesh, Fold, LengthUnit, NotClosed, Precision, TriangleMesh};
 use crate::progress::Monitor;
 use crate::sampler::FillRule;
 use crate::unit;
@@ -146,6 +146,8 @@ pub fn sha256(bytes: &[u8]) -> String {
 pub struct ReadMesh {
     /// The mesh, its unit and the notes of its reader.
     pub file: MeshFile,
+    /// The fold of the triangles for the mesh check, if the reader has made it.
+    pub(crate) fold: Option<Fold>,
     /// The hash of the file, if requested.
     pub sha256: Option<String>,
     /// Warnings of the reader.
@@ -159,29 +161,36 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
     if let Some(format) = format {
         io::examine(path, format).map_err(Error::input)?;
     }
-    let bytes = bytes::of_file(path).map_err(|source| {
+    let failure = |source| {
         let error = ReadError::Io { path: path.to_path_buf(), source };
         match &error {
             ReadError::Io { source, .. } if source.kind() == ErrorKind::OutOfMemory => Error::machine(error),
             _ => Error::input(error),
         }
-    })?;
+    };
+    let (file, length) = bytes::open(path).map_err(failure)?;
+    if let (Some(format), false) = (format, hashes)
+        && let Some((file, fold)) = io::stream(&file, length, format).map_err(failure)?
+    {
+        return Ok(ReadMesh { file, fold: Some(fold), sha256: None, warnings: Vec::new() });
+    }
+    let bytes = bytes::of_file(file, length).map_err(failure)?;
     #[cfg(feature = "report")]
     let hash = || hashes.then(|| sha256(&bytes));
     #[cfg(not(feature = "report"))]
     let hash = || None;
     let parse = || match format {
         Some(format) => {
-            let file = io::parse(&bytes, format, path).map_err(Error::input)?;
+            let (file, fold) = io::parse_folded(&bytes, format, path).map_err(Error::input)?;
             let notes = file.notes.iter();
             let warnings = notes.map(|note| Warning::new(note.code(), format!("{}: {note}", path.display()))).collect();
-            Ok((file, warnings))
+            Ok((file, fold, warnings))
         }
-        None => surface_of_images(&bytes, path),
+        None => surface_of_images(&bytes, path).map(|(file, warnings)| (file, None, warnings)),
     };
     let (parsed, sha256) = rayon::join(parse, hash);
-    let (file, warnings) = parsed?;
-    Ok(ReadMesh { file, sha256, warnings })
+    let (file, fold, warnings) = parsed?;
+    Ok(ReadMesh { file, fold, sha256, warnings })
 }
 
 #[cfg(feature = "npz")]
@@ -340,15 +349,20 @@ pub fn load_all(
 
 /// Reads and places one input, and checks that it is closed.
 pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Error> {
-    let ReadMesh { file, sha256, mut warnings } = read(&input.path, requirements.hashes)?;
+    let ReadMesh { file, mut fold, sha256, mut warnings } = read(&input.path, requirements.hashes)?;
     let MeshFile { mut mesh, unit, notes } = file;
     let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. })).map(ToString::to_string);
     if let Some(placement) = &input.placement {
         let map = placement.map(unit.or(requirements.unit));
         mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", input.path.display())))?);
         warnings.extend(check_rounding(&mesh, &input.path)?);
+        fold = None;
     }
-    let mut solid = solid_of_mesh(mesh, &input.path, requirements)?;
+    let checked = match fold {
+        Some(fold) => ClosedMesh::of_fold(mesh, fold),
+        None => ClosedMesh::check(mesh),
+    };
+    let mut solid = checked_solid(checked, &input.path, requirements)?;
     solid.operand = input.name.clone();
     (solid.stated_unit, solid.unit) = (unit, unit.or(requirements.unit));
     (solid.sha256, solid.warnings, solid.beams) = (sha256, warnings, beams);
@@ -379,7 +393,16 @@ impl Solid {
 
 /// Returns the solid of a mesh, with the name `path` and without a unit.
 pub fn solid_of_mesh(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Solid, Error> {
-    let surface = check_closed(mesh, path, requirements)?;
+    checked_solid(ClosedMesh::check(mesh), path, requirements)
+}
+
+/// Returns the solid of a mesh that has been checked, if it meets the requirements.
+fn checked_solid(
+    checked: Result<ClosedMesh, NotClosed>,
+    path: &Path,
+    requirements: InputRequirements,
+) -> Result<Solid, Error> {
+    let surface = surface_of(checked, path, requirements)?;
     let volume = match &surface {
         Surface::Closed(closed) => closed.signed_volume(),
         Surface::Open { mesh, .. } => mesh.signed_volume(),
@@ -470,10 +493,14 @@ fn orientation_warning(solid: &Solid, fill: FillRule) -> Option<Warning> {
     }
 }
 
-/// Checks that a mesh is closed, or that it may be sampled although it is open.
-fn check_closed(mesh: TriangleMesh, path: &Path, requirements: InputRequirements) -> Result<Surface, Error> {
+/// Returns the surface of a mesh that is closed, or that may be sampled although it is open.
+fn surface_of(
+    checked: Result<ClosedMesh, NotClosed>,
+    path: &Path,
+    requirements: InputRequirements,
+) -> Result<Surface, Error> {
     let name = path.display();
-    match ClosedMesh::check(mesh) {
+    match checked {
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
             Err(Error::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
         }
@@ -537,6 +564,6 @@ fn remake(
         Surface::Open { mesh, .. } => mesh,
     };
     change(&mut mesh);
-    solid.surface = check_closed(mesh, &solid.path, requirements)?;
+    solid.surface = surface_of(ClosedMesh::check(mesh), &solid.path, requirements)?;
     Ok(())
 }

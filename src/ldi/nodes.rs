@@ -14,7 +14,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Ldi, Mode};
-use crate::allocation::zeroed_bytes;
+use crate::allocation::zeroed;
 use crate::bits::{accumulate, accumulate_rows, flip, spread_row};
 use crate::cancel::checkpoint;
 use crate::fixed::Pixels;
@@ -117,7 +117,7 @@ impl<'a> NodePlanes<'a> {
     pub fn to_bytes(&self) -> Vec<u8> {
         let size @ [planes, rows, length] = self.grid.rays().map(|n| n as usize);
         let nodes = self.slab_in(Z_FIRST, 0..planes as i32, 0);
-        let mut bytes = zeroed_bytes(size.iter().product());
+        let mut bytes: Vec<u8> = zeroed(size.iter().product());
         let of_planes = bytes.par_chunks_mut((rows * length).max(1));
         of_planes.zip(nodes.bits.par_chunks((rows * nodes.words).max(1))).for_each(|(bytes, bits)| {
             checkpoint();

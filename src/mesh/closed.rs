@@ -21,9 +21,10 @@
 //! XOR and sums are linear, so the hash of an edge must not be linear in anything its triangle shares: with
 //! h(a) ⊕ h(b) for an edge, any triangle at all would cancel. Here two 64-bit lanes are computed apart, each a chain of
 //! multiplications 64 × 64 → 128 bits whose halves are XORed (as in wyhash): positions are hashed with the coordinates
-//! in a different order in either lane, the ends of an edge are put in order of their hashes, and the lane of the lower
-//! is multiplied by the lane of the higher, with different constants added to either side. The constants are the
-//! hexadecimal digits of π. Equality of positions is equality of their hashes, which errs with the same chance.
+//! in a different order in either lane; an edge, like a triangle, adds the hashes of its ends, so that their order does
+//! not matter, and multiplies the two lanes of the sum, with different constants for each lane of the result. The
+//! constants are the hexadecimal digits of π. Equality of positions is equality of their hashes, which errs with the same
+//! chance.
 //!
 //! There is no proof that such a mix is random, and someone who knows the constants could construct a mesh that defeats
 //! it. Nothing depends on it alone: the sampler reports every ray whose count is odd, and [`super::check::check`]
@@ -62,9 +63,14 @@ pub struct NotClosed {
 }
 
 impl ClosedMesh {
-    /// Checks a mesh. There is no other way to make a `ClosedMesh`.
+    /// Checks a mesh. There is no other way to make a `ClosedMesh` from one.
     pub fn check(mesh: TriangleMesh) -> Result<ClosedMesh, NotClosed> {
         let fold = Fold::of_mesh(&mesh);
+        ClosedMesh::of_fold(mesh, fold)
+    }
+
+    /// Checks a mesh by the fold of its triangles, which its reader has made.
+    pub(crate) fn of_fold(mesh: TriangleMesh, fold: Fold) -> Result<ClosedMesh, NotClosed> {
         if !(fold.sound && fold.edges == [0; 2]) || mesh.triangles.is_empty() {
             let report = check(&mesh);
             // The exact check decides: a position that is not finite is harmless where no triangle uses it.
@@ -140,11 +146,11 @@ impl std::error::Error for NotClosed {}
 const CHUNK: usize = 8192;
 
 /// Number of triangles whose corners are hashed before their edges are folded.
-const BLOCK: usize = 128;
+pub(super) const BLOCK: usize = 128;
 
 /// The result of one pass over the triangles; combining is commutative and associative.
-#[derive(Clone, Copy)]
-struct Fold {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fold {
     edges: Hash,
     directions: Hash,
     triangles: Hash,
@@ -154,9 +160,10 @@ struct Fold {
 }
 
 impl Fold {
-    const EMPTY: Fold = Fold { edges: [0; 2], directions: [0; 2], triangles: [0; 2], sound: true, bounds: EMPTY };
+    pub(super) const EMPTY: Fold =
+        Fold { edges: [0; 2], directions: [0; 2], triangles: [0; 2], sound: true, bounds: EMPTY };
 
-    fn of_mesh(mesh: &TriangleMesh) -> Fold {
+    pub(super) fn of_mesh(mesh: &TriangleMesh) -> Fold {
         let TriangleMesh { positions, triangles } = mesh;
         // About six triangles use a position where the file shares it, and one in a soup, where a table of hashes would
         // only be more memory to read.
@@ -210,7 +217,18 @@ impl Fold {
             .reduce(|| Fold::EMPTY, Fold::join)
     }
 
-    fn join(self, other: Fold) -> Fold {
+    /// Returns the hashes of positions that triangles use, in `hashes`, and includes them in the box.
+    pub(super) fn include(&mut self, hashes: &mut [Hash], positions: impl Iterator<Item = DVec3>) {
+        let (mut sound, mut bounds) = (self.sound, self.bounds);
+        for (hash, position) in hashes.iter_mut().zip(positions) {
+            *hash = position_hash(position);
+            sound &= is_finite(position);
+            bounds = include(bounds, position);
+        }
+        (self.sound, self.bounds) = (sound, bounds);
+    }
+
+    pub(super) fn join(self, other: Fold) -> Fold {
         let lanes = |a: Hash, b: Hash, op: fn(u64, u64) -> u64| [op(a[0], b[0]), op(a[1], b[1])];
         Fold {
             edges: lanes(self.edges, other.edges, |a, b| a ^ b),
@@ -223,29 +241,29 @@ impl Fold {
 
     /// Adds triangles, given the hashes of their corners.
     #[inline(never)]
-    fn add(&mut self, triangles: &[[Hash; 3]]) {
+    pub(super) fn add(&mut self, triangles: &[[Hash; 3]]) {
         let (mut edges, mut directions, mut shapes) = (self.edges, self.directions, self.triangles);
+        // The sum of hashes in any order, mixed into two lanes.
+        let mixed =
+            |[s, t]: Hash, keys: &[u64]| [mix(s ^ keys[0], t ^ keys[1]), mix(s ^ keys[2], t.rotate_left(32) ^ keys[3])];
+        let sum = |a: Hash, b: Hash| [a[0].wrapping_add(b[0]), a[1].wrapping_add(b[1])];
         for &[a, b, c] in triangles {
             // Identical ends make no edge, and the other two sides are then one edge, there and back again.
             if same(a, b) | same(b, c) | same(c, a) {
                 continue;
             }
             for (from, to) in [(a, b), (b, c), (c, a)] {
-                // Masks rather than branches: which end is lower is random, so a branch would be mispredicted half the
+                // A mask rather than a branch: which end is lower is random, so a branch would be mispredicted half the
                 // time.
                 let upwards = u64::from(wide(from) < wide(to)).wrapping_neg();
+                let hash = mixed(sum(from, to), &PI[8..12]);
                 for lane in 0..2 {
-                    let swap = (from[lane] ^ to[lane]) & upwards;
-                    let (low, high) = (to[lane] ^ swap, from[lane] ^ swap);
-                    let hash = mix(low ^ PI[8 + 2 * lane], high ^ PI[9 + 2 * lane]);
-                    edges[lane] ^= hash;
-                    directions[lane] = directions[lane].wrapping_add((hash ^ upwards).wrapping_sub(upwards));
+                    edges[lane] ^= hash[lane];
+                    directions[lane] = directions[lane].wrapping_add((hash[lane] ^ upwards).wrapping_sub(upwards));
                 }
             }
-            let sum = |lane: usize| a[lane].wrapping_add(b[lane]).wrapping_add(c[lane]);
-            let (s, t) = (sum(0), sum(1));
-            shapes[0] ^= mix(s ^ PI[12], t ^ PI[13]);
-            shapes[1] ^= mix(s ^ PI[14], t.rotate_left(32) ^ PI[15]);
+            let hash = mixed(sum(sum(a, b), c), &PI[12..16]);
+            shapes = [shapes[0] ^ hash[0], shapes[1] ^ hash[1]];
         }
         (self.edges, self.directions, self.triangles) = (edges, directions, shapes);
     }

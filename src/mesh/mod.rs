@@ -21,6 +21,7 @@ mod winding;
 use glam::DVec3;
 
 pub use check::{Defect, MeshReport, Severity, check};
+pub(crate) use closed::Fold;
 pub use closed::{ClosedMesh, NotClosed};
 pub(crate) use compact::renumber;
 pub use hull::convex_hull;

@@ -167,7 +167,7 @@ fn parse(path: &Path) -> Result<PartsFile, Error> {
     }
     let format = Format::from_path(path).map_err(Error::input)?;
     io::examine(path, format).map_err(Error::input)?;
-    let bytes = bytes::of_file(path).map_err(|source| {
+    let bytes = bytes::open(path).and_then(|(file, length)| bytes::of_file(file, length)).map_err(|source| {
         let is_memory = source.kind() == ErrorKind::OutOfMemory;
         let error = ReadError::Io { path: path.to_path_buf(), source };
         if is_memory { Error::machine(error) } else { Error::input(error) }

@@ -30,10 +30,11 @@ mod threemf;
 mod write;
 
 use std::fmt;
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::{LengthUnit, Precision, TriangleMesh};
+use super::{Fold, LengthUnit, Precision, TriangleMesh};
 use crate::input;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
@@ -294,10 +295,30 @@ pub fn side_files(path: &Path) -> Vec<PathBuf> {
 /// Parses a mesh from the bytes of a file. The path names the file in errors, and buffers that a glTF file refers to
 /// are looked up beside it; the path itself is not opened.
 pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, ReadError> {
+    Ok(parse_folded(bytes, format, path)?.0)
+}
+
+/// Reads an opened file piece by piece, so that its bytes are never in memory together, and folds its triangles for the mesh
+/// check. Returns `None` for files that have to be parsed as a whole: all but binary STL of the length that its header counts.
+#[cfg_attr(not(all(unix, feature = "stl")), expect(unused_variables))]
+pub(crate) fn stream(file: &File, length: u64, format: Format) -> io::Result<Option<(MeshFile, Fold)>> {
+    match format {
+        #[cfg(all(unix, feature = "stl"))]
+        Format::Stl => stl::stream(file, length),
+        _ => Ok(None),
+    }
+}
+
+/// Parses as [`parse`] does, and returns the fold of the triangles for the mesh check where the reader has made it.
+pub(crate) fn parse_folded(bytes: &[u8], format: Format, path: &Path) -> Result<(MeshFile, Option<Fold>), ReadError> {
+    let mut fold = None;
     let parsed: Result<MeshFile, Fault> = match format {
         _ if bytes.is_empty() => Err(Fault::Empty("the file has no bytes".to_owned())),
         #[cfg(feature = "stl")]
-        Format::Stl => stl::parse(bytes),
+        Format::Stl => stl::parse(bytes).map(|(file, found)| {
+            fold = found;
+            file
+        }),
         #[cfg(feature = "obj")]
         Format::Obj => obj::parse(bytes),
         #[cfg(feature = "ply")]
@@ -316,7 +337,7 @@ pub fn parse(bytes: &[u8], format: Format, path: &Path) -> Result<MeshFile, Read
         let found = format!("the file has {} vertices and no faces", file.mesh.positions.len());
         return Err(ReadError::Empty { path: path.to_path_buf(), found });
     }
-    Ok(file)
+    Ok((file, fold))
 }
 
 /// Parses the meshes of a file as [`parse`] does, but keeps the instances of glTF and 3MF apart: the nodes with a mesh,

@@ -6,8 +6,12 @@
 //!
 //! Normals and attribute bytes are not read. Corners with the same bits may share a position; in text none do.
 
+use std::convert::Infallible;
+#[cfg(unix)]
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -17,9 +21,11 @@ use super::formatted::write_each;
 use super::note::ReadNote;
 use super::text::{Words, decode};
 use super::{Format, MeshFile};
-use crate::allocation::vec_with_room;
+use crate::allocation::{vec_with_room, zeroed};
 use crate::cancel::checkpoint;
-use crate::mesh::{LengthUnit, TriangleMesh};
+use crate::mesh::closed::BLOCK;
+use crate::mesh::hash::Hash;
+use crate::mesh::{Fold, LengthUnit, TriangleMesh};
 
 const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
@@ -27,21 +33,55 @@ const TRIANGLE_BYTES: usize = 50;
 /// Number of triangles that one task converts: enough to outweigh the overhead, few enough to balance the load.
 const TRIANGLES_PER_TASK: usize = 1 << 14;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
-    let promised = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
-    let is_exact =
-        promised.is_some_and(|n| HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(n) == bytes.len() as u64);
-    if !is_exact {
+/// Number of triangles that one call reads: their bytes then stay in the cache until they are parsed.
+const TRIANGLES_PER_READ: usize = 1 << 10;
+
+/// Parses a file, and folds the triangles of a binary one for the mesh check.
+pub(super) fn parse(bytes: &[u8]) -> Result<(MeshFile, Option<Fold>), Fault> {
+    let promised = promised(bytes);
+    if promised.is_none_or(|count| length_of(count) != bytes.len() as u64) {
         let text = decode(bytes);
         if is_text(&text) {
-            return parse_text(&text);
+            return Ok((parse_text(&text)?, None));
         }
     }
     let Some(promised) = promised else {
         let found = format!("{} bytes that are neither text nor a binary header of 84", bytes.len());
         return Err(Fault::Malformed(Place::Byte(0), Problem::Expected { expected: "an STL file".into(), found }));
     };
-    parse_binary(bytes, promised)
+    let (file, fold) = parse_binary(bytes, promised)?;
+    Ok((file, Some(fold)))
+}
+
+/// Reads a binary file of as many bytes as its header counts, piece by piece, and folds its triangles for the mesh check. Returns
+/// `None` for all other files, which [`parse`] reads or refuses.
+#[cfg(unix)]
+pub(super) fn stream(file: &File, length: u64) -> io::Result<Option<(MeshFile, Fold)>> {
+    use std::os::unix::fs::FileExt;
+
+    let mut header = [0; HEADER_BYTES];
+    if length <= HEADER_BYTES as u64 {
+        return Ok(None);
+    }
+    file.read_exact_at(&mut header, 0)?;
+    let count = promised(&header).filter(|&count| length_of(count) == length).map_or(0, |count| count as usize);
+    if count == 0 || check_count(count).is_err() {
+        return Ok(None);
+    }
+    let read = |bytes: &mut [u8], at: usize| file.read_exact_at(bytes, (HEADER_BYTES + at) as u64);
+    let (mesh, fold) = weld_recent(count, read)?;
+    Ok(Some((MeshFile::unitless(mesh, Vec::new()), fold)))
+}
+
+/// Returns the number of triangles by the header of a binary file.
+fn promised(start: &[u8]) -> Option<u32> {
+    let count = start.get(80..84)?;
+    Some(u32::from_le_bytes([count[0], count[1], count[2], count[3]]))
+}
+
+/// Returns the length in bytes of a binary file of some triangles.
+fn length_of(count: u32) -> u64 {
+    HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(count)
 }
 
 /// Returns whether the file begins as text does: with `solid` or `facet`, and without a byte 0.
@@ -56,12 +96,10 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
 /// Returns the length in bytes of a binary file by the count in its header, or `None` where that is 0 or the file is
 /// text.
 pub(super) fn binary_length(start: &[u8]) -> Option<u64> {
-    let count = start.get(80..84)?;
-    let count = u32::from_le_bytes([count[0], count[1], count[2], count[3]]);
-    (count > 0 && !is_text(start)).then_some(HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(count))
+    promised(start).filter(|&count| count > 0 && !is_text(start)).map(length_of)
 }
 
-fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
+fn parse_binary(bytes: &[u8], promised: u32) -> Result<(MeshFile, Fold), Fault> {
     let body = &bytes[HEADER_BYTES..];
     let count = promised as usize;
     let found = body.len() / TRIANGLE_BYTES;
@@ -75,12 +113,15 @@ fn parse_binary(bytes: &[u8], promised: u32) -> Result<MeshFile, Fault> {
     // An index is 32 bits, and a triangle of a soup has three vertices of its own.
     check_count(count)?;
     let (records, rest) = body.split_at(count * TRIANGLE_BYTES);
-    let mesh = weld_recent(records, count);
+    let Ok((mesh, fold)) = weld_recent(count, |bytes, at| {
+        bytes.copy_from_slice(&records[at..at + bytes.len()]);
+        Ok::<_, Infallible>(())
+    });
     let mut notes = Vec::new();
     if !rest.is_empty() {
         notes.push(ReadNote::TrailingBytes { count: rest.len() });
     }
-    Ok(MeshFile::unitless(mesh, notes))
+    Ok((MeshFile::unitless(mesh, notes), fold))
 }
 
 fn check_count(triangles: usize) -> Result<(), Fault> {
@@ -91,67 +132,77 @@ fn check_count(triangles: usize) -> Result<(), Fault> {
     Err(Fault::Malformed(Place::File, Problem::TooMany { what: "triangles".into(), found: triangles as u64, limit }))
 }
 
-/// Builds the mesh of binary records; a corner shares the position of one with the same bits shortly before.
+/// Builds the mesh of `count` binary records, and folds its triangles for the mesh check. A corner shares the position of one
+/// with the same bits shortly before. `read` fills a buffer with the bytes at an offset behind the header.
 ///
 /// Neighbours mostly stand close together in a file, so a small table per task finds most corners that occur again.
 /// Every later stage then processes about a fifth of the positions, which saves more than the table costs; finding all
 /// repetitions would not. Tasks are of a fixed size, so that the result does not depend on the thread count.
-fn weld_recent(records: &[u8], count: usize) -> TriangleMesh {
-    let mut triangles = vec![[0u32; 3]; count];
-    let pieces: Vec<Vec<[u32; 3]>> = records
-        .par_chunks(TRIANGLES_PER_TASK * TRIANGLE_BYTES)
-        .zip(triangles.par_chunks_mut(TRIANGLES_PER_TASK))
-        .map_init(RecentCorners::default, |recent, (records, triangles)| {
+fn weld_recent<E: Send>(
+    count: usize,
+    read: impl Fn(&mut [u8], usize) -> Result<(), E> + Sync,
+) -> Result<(TriangleMesh, Fold), E> {
+    let mut triangles: Vec<[u32; 3]> = zeroed(count);
+    // One table for each thread: a new one for each task would cost a seventh of the time.
+    let tables: Mutex<Vec<RecentCorners>> = Mutex::default();
+    let unused = || tables.lock().unwrap_or_else(PoisonError::into_inner);
+    let pieces: Vec<(Vec<[u32; 3]>, Fold)> = triangles
+        .par_chunks_mut(TRIANGLES_PER_TASK)
+        .enumerate()
+        .map(|(task, triangles)| {
             checkpoint();
-            recent.forget();
-            for (record, triangle) in records.chunks_exact(TRIANGLE_BYTES).zip(triangles) {
-                let word = |at: usize| u32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]);
-                // The normal takes the first 12 bytes.
-                *triangle = [12, 24, 36].map(|at| recent.place([word(at), word(at + 4), word(at + 8)]));
-            }
-            recent.corners[..recent.count as usize].to_vec()
+            let taken = unused().pop();
+            let mut recent = taken.unwrap_or_default();
+            let offset = task * TRIANGLES_PER_TASK * TRIANGLE_BYTES;
+            let piece = recent.weld(triangles, |bytes, at| read(bytes, offset + at))?;
+            unused().push(recent);
+            Ok(piece)
         })
-        .collect();
-    let firsts: Vec<u32> = pieces
+        .collect::<Result<_, E>>()?;
+    let fold = pieces.iter().fold(Fold::EMPTY, |all, (_, fold)| all.join(*fold));
+    let mut positions = zeroed(pieces.iter().map(|(corners, _)| corners.len()).sum());
+    let (mut rest, mut first) = (&mut positions[..], 0);
+    let places: Vec<(&mut [DVec3], u32)> = pieces
         .iter()
-        .scan(0, |sum, piece| {
-            let first = *sum;
-            *sum += piece.len() as u32;
-            Some(first)
+        .map(|(corners, _)| {
+            let place = (rest.split_off_mut(..corners.len()).expect("there is room for all"), first);
+            first += corners.len() as u32;
+            place
         })
         .collect();
-    let join = || {
-        let mut positions = vec_with_room(pieces.iter().map(Vec::len).sum());
-        for piece in pieces {
-            positions.extend(
-                piece.iter().map(|corner| DVec3::from_array(corner.map(|bits| f64::from(f32::from_bits(bits))))),
-            );
-        }
-        positions
-    };
-    let number = || {
-        triangles.par_chunks_mut(TRIANGLES_PER_TASK).zip(&firsts).for_each(|(triangles, first)| {
-            triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex += first);
-        });
-    };
-    let (positions, ()) = rayon::join(join, number);
-    TriangleMesh { positions, triangles }
+    let parts = triangles.par_chunks_mut(TRIANGLES_PER_TASK).zip(&pieces).zip(places);
+    parts.for_each(|((triangles, (corners, _)), (positions, first))| {
+        positions.iter_mut().zip(corners).for_each(|(place, corner)| *place = position(*corner));
+        triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex += first);
+    });
+    Ok((TriangleMesh { positions, triangles }, fold))
+}
+
+/// Returns the position of a corner, given the bits of its coordinates.
+fn position(corner: [u32; 3]) -> DVec3 {
+    DVec3::from_array(corner.map(|bits| f64::from(f32::from_bits(bits))))
 }
 
 /// The distinct corners of a task, and a hash table of those seen recently: each slot keeps the last corner.
 struct RecentCorners {
-    table: Vec<([u32; 3], u32)>,
+    /// x and y, z, and the index of the corner.
+    table: Vec<(u64, u32, u32)>,
     /// Room for all corners of a task, of which `count` are taken, and for one more.
     corners: Vec<[u32; 3]>,
+    hashes: Vec<Hash>,
     count: u32,
+    /// Records that have been read.
+    bytes: Vec<u8>,
 }
 
 impl Default for RecentCorners {
     fn default() -> RecentCorners {
         RecentCorners {
-            table: vec![([0; 3], RecentCorners::NONE); 1 << RecentCorners::LOG],
+            table: vec![RecentCorners::EMPTY; 1 << RecentCorners::LOG],
             corners: vec![[0; 3]; 3 * TRIANGLES_PER_TASK + 1],
+            hashes: vec![[0; 2]; 3 * TRIANGLES_PER_TASK],
             count: 0,
+            bytes: vec![0; TRIANGLES_PER_READ * TRIANGLE_BYTES],
         }
     }
 }
@@ -163,28 +214,61 @@ impl RecentCorners {
     /// Marks an empty slot of the table. A task has far fewer corners.
     const NONE: u32 = u32::MAX;
 
-    fn forget(&mut self) {
-        self.table.fill(([0; 3], RecentCorners::NONE));
+    const EMPTY: (u64, u32, u32) = (0, 0, RecentCorners::NONE);
+
+    /// Reads the triangles of a task, and returns its distinct corners and the fold of its triangles.
+    fn weld<E>(
+        &mut self,
+        triangles: &mut [[u32; 3]],
+        read: impl Fn(&mut [u8], usize) -> Result<(), E>,
+    ) -> Result<(Vec<[u32; 3]>, Fold), E> {
+        self.table.fill(RecentCorners::EMPTY);
         self.count = 0;
+        let mut fold = Fold::EMPTY;
+        let mut hashes = [[[0; 2]; 3]; BLOCK];
+        for (index, triangles) in triangles.chunks_mut(TRIANGLES_PER_READ).enumerate() {
+            read(&mut self.bytes[..triangles.len() * TRIANGLE_BYTES], index * TRIANGLES_PER_READ * TRIANGLE_BYTES)?;
+            for (index, triangles) in triangles.chunks_mut(BLOCK).enumerate() {
+                let known = self.count as usize;
+                self.place(index * BLOCK, triangles);
+                let new = known..self.count as usize;
+                fold.include(&mut self.hashes[new.clone()], self.corners[new].iter().copied().map(position));
+                for (hashes, triangle) in hashes.iter_mut().zip(&*triangles) {
+                    *hashes = triangle.map(|corner| self.hashes[corner as usize]);
+                }
+                fold.add(&hashes[..triangles.len()]);
+            }
+        }
+        Ok((self.corners[..self.count as usize].to_vec(), fold))
     }
 
-    /// Returns the index of the corner with these bits, a new one unless it is known.
-    #[inline]
-    fn place(&mut self, bits: [u32; 3]) -> u32 {
-        let [x, y, z] = bits.map(u64::from);
-        // Odd constants that spread all bits into the high ones: the fractions of the golden ratio and of π.
-        let mixed = (x | y << 32).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ z.wrapping_mul(0x243f_6a88_85a3_08d3);
-        let mixed = (mixed ^ mixed >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        let place = &mut self.table[(mixed >> (64 - RecentCorners::LOG)) as usize];
-        let (known, vertex) = *place;
-        let differing = (known[0] ^ bits[0]) | (known[1] ^ bits[1]) | (known[2] ^ bits[2]);
-        let is_new = (differing != 0) | (vertex == RecentCorners::NONE);
-        // Whether a corner is known is hard to predict, so everything is written either way.
-        let index = if is_new { self.count } else { vertex };
-        self.corners[self.count as usize] = bits;
-        self.count += u32::from(is_new);
-        *place = (bits, index);
-        index
+    /// Sets triangles to the indices of their corners, new ones unless they are known, from record `first` on.
+    fn place(&mut self, first: usize, triangles: &mut [[u32; 3]]) {
+        let RecentCorners { table, corners, bytes, .. } = self;
+        let table: &mut [_; 1 << RecentCorners::LOG] =
+            table.as_mut_slice().try_into().expect("the table has this size");
+        let mut count = self.count;
+        for (record, triangle) in bytes.as_chunks::<TRIANGLE_BYTES>().0[first..].iter().zip(triangles) {
+            // The normal takes the first 12 bytes.
+            for (vertex, corner) in triangle.iter_mut().zip(record[12..48].as_chunks::<12>().0) {
+                let bits = corner.as_chunks::<4>().0;
+                let [x, y, z] = [u32::from_le_bytes(bits[0]), u32::from_le_bytes(bits[1]), u32::from_le_bytes(bits[2])];
+                let xy = u64::from(x) | u64::from(y) << 32;
+                // Odd constants that spread all bits into the high ones: the fractions of the golden ratio and of π.
+                let mixed = xy.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(z).wrapping_mul(0x243f_6a88_85a3_08d3);
+                let mixed = (mixed ^ mixed >> 32).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                let slot = &mut table[(mixed >> (64 - RecentCorners::LOG)) as usize];
+                let (known_xy, known_z, known) = *slot;
+                let differing = (known_xy ^ xy) | u64::from(known_z ^ z);
+                let is_new = (differing != 0) | (known == RecentCorners::NONE);
+                // Whether a corner is known is hard to predict, so everything is written either way.
+                *vertex = if is_new { count } else { known };
+                corners[count as usize] = [x, y, z];
+                count += u32::from(is_new);
+                *slot = (xy, z, *vertex);
+            }
+        }
+        self.count = count;
     }
 }
 
@@ -495,6 +579,34 @@ mod tests {
         let read_corners: Vec<DVec3> = read.triangles.iter().flatten().map(|&i| read.positions[i as usize]).collect();
         assert_eq!(read_corners, corners);
         assert!(read_corners[5].x.is_sign_negative());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn streamed_files_are_parsed_files() {
+        let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+        let streamed = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            stream(&File::open(&path).unwrap(), bytes.len() as u64)
+        };
+        let mesh = crate::solids::geodesic(1.0, 60).unwrap();
+        let mut bytes = Vec::new();
+        write(&mut bytes, &mesh, None).unwrap();
+        let (file, fold) = streamed(&bytes).unwrap().unwrap();
+        assert!((file.clone(), Some(fold)) == parse(&bytes).unwrap());
+        assert_eq!(fold, Fold::of_mesh(&file.mesh));
+        assert!(stream(&File::open(&path).unwrap(), bytes.len() as u64 + 50).unwrap().is_none());
+        for other in
+            [&bytes[..bytes.len() - 1], &[bytes.as_slice(), b"x"].concat(), &binary(b"x", 0, &[]), FACET.as_bytes()]
+        {
+            assert!(streamed(other).unwrap().is_none());
+        }
+        // A file that became shorter after its length was taken.
+        let length = bytes.len() as u64;
+        bytes.truncate(100_000);
+        std::fs::write(&path, &bytes).unwrap();
+        let error = stream(&File::open(&path).unwrap(), length).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
     }
 
     #[test]
