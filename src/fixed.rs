@@ -132,19 +132,21 @@ pub struct EdgeWalk {
     slope: f64,
 }
 
-/// Returns the integer nearest to `x`, and `x` minus it. Adding 3·2^51 removes the fraction bits and leaves the integer
-/// in the low ones: on plain x86-64 a tenth of the cost of a call to `round`. For |x| ≥ 2^31 the integer is
-/// meaningless, and the difference is at most |x|·2^-51.
+/// Adding 3·2^51 removes the fraction bits of a number and leaves the nearest integer in the low ones: on plain x86-64 a
+/// tenth of the cost of a call to `round`.
+pub(crate) const MAGIC: f64 = 3.0 * (1u64 << 51) as f64;
+
+/// Returns the integer nearest to `x`, and `x` minus it. For |x| ≥ 2^31 the integer is meaningless, and the difference is
+/// at most |x|·2^-51.
 #[inline(always)]
 fn nearest_integer(x: f64) -> (i32, f64) {
-    const MAGIC: f64 = 3.0 * (1u64 << 51) as f64;
     let shifted = x + MAGIC;
     (shifted.to_bits() as i32, x - (shifted - MAGIC))
 }
 
 /// Distance from a ray, in pixels, below which integers decide. First columns are below 2^16 and three roundings of
 /// 2^-53 each enter one, so the error of the guess is below 2^-34.
-const COLUMN_DOUBT: f64 = 1.0 / (1u64 << 30) as f64;
+pub(crate) const COLUMN_DOUBT: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// The pixel geometry of a view: the relation of lattice positions to columns and rows.
 #[derive(Clone, Copy, Debug)]

@@ -31,30 +31,85 @@ struct View<'s> {
 
 impl View<'_> {
     #[inline]
-    fn see(&self, triangle: u32) -> SeenTriangle {
-        let [a, b, c] = self.solid.triangles()[triangle as usize];
+    fn see(&self, triangle: u32) -> [ViewPosition; 3] {
         let (column, row, depth) = (self.axis.column(), self.axis.row(), self.axis.depth());
-        let see = |vertex: u32| {
+        self.solid.triangles()[triangle as usize].map(|vertex| {
             let p = &self.solid.positions()[vertex as usize];
             [p[column], p[row], p[depth]]
-        };
-        SeenTriangle { corners: [see(a), see(b), see(c)], triangle }
+        })
     }
 }
 
-/// A triangle in view coordinates.
-#[derive(Clone, Copy, Default)]
-pub struct SeenTriangle {
-    /// Its corners in the coordinates of the view.
-    pub corners: [ViewPosition; 3],
-    /// Its index in the mesh.
-    pub triangle: u32,
+/// Number of triangles that lie side by side.
+pub const LANES: usize = 8;
+
+/// Triangles in view coordinates, side by side. Lanes without a triangle hold a point, which covers no ray.
+#[derive(Clone, Copy)]
+pub struct Lanes {
+    /// The corners, by corner, coordinate of the view, and lane.
+    pub corners: [[[i32; LANES]; 3]; 3],
+    /// The indices of the triangles in the mesh.
+    pub triangles: [u32; LANES],
+    /// The index of the next lanes of the same band, or [`NONE`].
+    next: u32,
 }
 
-/// A run of triangles, counting-sorted separately so that chunks need no common array to write to.
+const NONE: u32 = u32::MAX;
+
+impl Lanes {
+    /// Lanes without triangles.
+    pub const EMPTY: Lanes = Lanes { corners: [[[0; LANES]; 3]; 3], triangles: [0; LANES], next: NONE };
+
+    /// Sets the triangle of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, corners: &[ViewPosition; 3], triangle: u32) {
+        for (to, from) in self.corners.iter_mut().zip(corners) {
+            for (to, from) in to.iter_mut().zip(from) {
+                to[lane] = *from;
+            }
+        }
+        self.triangles[lane] = triangle;
+    }
+
+    /// Returns the corners of the triangle of a lane.
+    #[inline]
+    pub fn of(&self, lane: usize) -> [ViewPosition; 3] {
+        self.corners.map(|corner| corner.map(|coordinate| coordinate[lane]))
+    }
+}
+
+/// The triangles of one run of the mesh. Runs are sorted separately so that they need no common array to write to.
 struct Chunk {
-    near: Sorted<SeenTriangle>,
+    lanes: Vec<Lanes>,
+    near: Vec<List>,
     wide: Sorted<u32>,
+}
+
+/// The lanes of a band: a linked list, of which the last lanes may have room.
+#[derive(Clone, Copy)]
+struct List {
+    first: u32,
+    last: u32,
+    used: u32,
+}
+
+impl Chunk {
+    /// Appends a triangle to the list of a band.
+    #[inline]
+    fn push(&mut self, band: u32, corners: &[ViewPosition; 3], triangle: u32) {
+        let list = &mut self.near[band as usize];
+        if list.used as usize == LANES {
+            let new = self.lanes.len() as u32;
+            self.lanes.push(Lanes::EMPTY);
+            match list.first {
+                NONE => list.first = new,
+                _ => self.lanes[list.last as usize].next = new,
+            }
+            (list.last, list.used) = (new, 0);
+        }
+        self.lanes[list.last as usize].set(list.used as usize, corners, triangle);
+        list.used += 1;
+    }
 }
 
 /// Items sorted by band: those of band k are `items[starts[k]..starts[k + 1]]`.
@@ -96,47 +151,51 @@ impl<T: Copy + Default> Sorted<T> {
     }
 }
 
-/// Number of triangles of a chunk: its vertices stay in the L2 cache between counting and copying.
+/// Number of triangles of a chunk: its vertices stay in the L2 cache.
 const CHUNK: usize = 1 << 13;
 
 /// Triangles that span more bands than this are listed by index.
-const NEAR_BANDS: u32 = 2;
+const NEAR_BANDS: u32 = 4;
 
 impl<'s> Bins<'s> {
     /// Sorts the triangles of `solid` that may meet rays of `region`, seen along `axis`, into bands of `band_rows` rows.
     pub fn new(solid: &'s LatticeSolid<'s>, region: &LatticeBox, axis: Axis, band_rows: u32) -> Bins<'s> {
         let (_, rows) = solid.grid().image_size(axis);
+        let band_of_row: Vec<u32> = (0..rows).map(|row| row / band_rows).collect();
         let bands = rows.div_ceil(band_rows) as usize;
         let pixels = Pixels::new(solid.grid().shift());
         let window = Window::new(solid.grid(), region, axis);
         let view = View { solid, axis };
         let triangles = solid.triangles().len();
-        let chunks = (0..triangles.div_ceil(CHUNK))
-            .into_par_iter()
-            .map_init(Default::default, |(near, wide): &mut (Vec<_>, Vec<_>), chunk| {
-                checkpoint();
-                near.clear();
-                wide.clear();
-                for triangle in chunk * CHUNK..triangles.min((chunk + 1) * CHUNK) {
-                    let triangle = triangle as u32;
-                    let [a, b, c] = view.see(triangle).corners;
-                    let meets = |i: usize, within: &Range<i32>| {
-                        let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
-                        pixels.index_from(low).max(within.start)..pixels.index_from(high).min(within.end)
-                    };
-                    let (columns, rows) = (meets(0, &window.columns), meets(1, &window.rows));
-                    if !columns.is_empty() & !rows.is_empty() {
-                        let (first, last) = (rows.start as u32 / band_rows, (rows.end as u32 - 1) / band_rows);
-                        let list = if last - first < NEAR_BANDS { &mut *near } else { &mut *wide };
-                        list.push((triangle, first, last));
+        let sort_chunk = |wide: &mut Vec<_>, chunk: usize| {
+            checkpoint();
+            wide.clear();
+            let near = vec![List { first: NONE, last: NONE, used: LANES as u32 }; bands];
+            let run = chunk * CHUNK..triangles.min((chunk + 1) * CHUNK);
+            let lanes = Vec::with_capacity(run.len() / (LANES - 2));
+            let mut sorted = Chunk { lanes, near, wide: Sorted::new(0, &[], |triangle| triangle) };
+            for triangle in run {
+                let triangle = triangle as u32;
+                let corners = view.see(triangle);
+                let [a, b, c] = corners;
+                let meets = |i: usize, within: &Range<i32>| {
+                    let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
+                    pixels.index_from(low).max(within.start)..pixels.index_from(high).min(within.end)
+                };
+                let (columns, rows) = (meets(0, &window.columns), meets(1, &window.rows));
+                if !columns.is_empty() & !rows.is_empty() {
+                    let (first, last) = (band_of_row[rows.start as usize], band_of_row[rows.end as usize - 1]);
+                    if last - first >= NEAR_BANDS {
+                        wide.push((triangle, first, last));
+                    } else {
+                        (first..=last).for_each(|band| sorted.push(band, &corners, triangle));
                     }
                 }
-                Chunk {
-                    near: Sorted::new(bands, near, |triangle| view.see(triangle)),
-                    wide: Sorted::new(bands, wide, |triangle| triangle),
-                }
-            })
-            .collect();
+            }
+            sorted.wide = Sorted::new(bands, wide, |triangle| triangle);
+            sorted
+        };
+        let chunks = (0..triangles.div_ceil(CHUNK)).into_par_iter().map_init(Vec::new, sort_chunk).collect();
         Bins { band_rows, window, view, chunks }
     }
 
@@ -145,17 +204,27 @@ impl<'s> Bins<'s> {
         &self.window
     }
 
-    /// Calls `visit` with each triangle that may meet rays of the band that begins at `first_row`.
+    /// Calls `visit` with all triangles that may meet rays of the band that begins at `first_row`.
     #[inline]
-    pub fn for_each_in_band(&self, first_row: u32, mut visit: impl FnMut(SeenTriangle)) {
+    pub fn for_each_in_band(&self, first_row: u32, mut visit: impl FnMut(Seen)) {
         let band = (first_row / self.band_rows) as usize;
         for chunk in &self.chunks {
-            for seen in chunk.near.of_band(band) {
-                visit(*seen);
+            let mut at = chunk.near[band].first;
+            while let Some(lanes) = chunk.lanes.get(at as usize) {
+                visit(Seen::Near(lanes));
+                at = lanes.next;
             }
             for &triangle in chunk.wide.of_band(band) {
-                visit(self.view.see(triangle));
+                visit(Seen::Wide(self.view.see(triangle), triangle));
             }
         }
     }
+}
+
+/// Triangles of a band.
+pub enum Seen<'l> {
+    /// Up to eight triangles.
+    Near(&'l Lanes),
+    /// The corners and the index of a triangle that spans many bands.
+    Wide([ViewPosition; 3], u32),
 }

@@ -1,13 +1,14 @@
 //! The CPU sampler: rayon over bands of rows.
 //!
-//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) → `exact`, or
-//! `masks` → `classify` → `retrieve` ray by ray; `windings` accumulates the winding sums in either case. The masks of
-//! one ray stay in the L1 cache, and the retrieval reads the crossings that the geometry pass left instead of
-//! rasterising again.
+//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray; `lanes` finds
+//! those of eight small triangles at a time) → `exact`, or `masks` → `classify` → `retrieve` ray by ray; `windings`
+//! accumulates the winding sums in either case. The masks of one ray stay in the L1 cache, and the retrieval reads the
+//! crossings that the geometry pass left instead of rasterising again.
 
 mod bin;
 mod classify;
 mod exact;
+mod lanes;
 mod lists;
 mod masks;
 mod raster;
