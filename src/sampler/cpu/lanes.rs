@@ -160,8 +160,7 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
 
         // The rays of all lanes in one list: a loop of a few for each lane would be mispredicted at every end.
         let mut count = 0;
-        for l in 0..LANES {
-            let mut mask = masks[l];
+        for (l, mut mask) in masks.into_iter().enumerate() {
             let end = count + mask.count_ones() as usize;
             while count < end {
                 for i in 0..4 {
