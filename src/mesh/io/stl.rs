@@ -143,7 +143,7 @@ fn weld_recent<E: Send>(
     read: impl Fn(&mut [u8], usize) -> Result<(), E> + Sync,
 ) -> Result<(TriangleMesh, Fold), E> {
     let mut triangles: Vec<[u32; 3]> = zeroed(count);
-    // One table for each thread: a new one for each task would cost a seventh of the time.
+    // One table for each thread: new ones for all that the pool splits off would cost a seventh of the time.
     let tables: Mutex<Vec<RecentCorners>> = Mutex::default();
     let unused = || tables.lock().unwrap_or_else(PoisonError::into_inner);
     let pieces: Vec<(Vec<[u32; 3]>, Fold)> = triangles
