@@ -1,6 +1,7 @@
 //! Benchmarks of ldi-ops that print tables fit for a README: [`sampling`] alone, whole [`process`]es, [`exact`] volumes and meshes
 //! beside those of other programs, [`minkowski`] sums, the [`gpu`]'s sampler by stages, [`metrics`] of voxel arrays that other
-//! programs also measure, and the [`tables`] of Leung and Wang beside earlier methods, the [`rivals`]. The tables show medians; on request, all data goes to a JSON file.
+//! programs also measure, and the [`tables`] of Leung and Wang beside earlier methods, the [`rivals`]. The tables show medians; on
+//! request, all data goes to a JSON file.
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
@@ -264,7 +265,7 @@ enum Benchmark {
         /// Fewer and smaller solids and rasters
         #[arg(long)]
         quick: bool,
-        /// Timed runs of each case after the warm-up; medians are printed
+        /// Timed runs of each case after the warm-up, of which the medians are printed; a case of over a second has one
         #[arg(long, default_value_t = 3)]
         runs: usize,
         /// Also write everything as JSON

@@ -85,14 +85,18 @@ impl DistanceField {
         let field =
             DistanceField { size, edges, values, sites, crossings: listed(crossings), firsts, walls: [[0.0; 3]; 2] };
         match crossings.walls() {
-            Some(walls) => field.between(walls),
+            Some(walls) => DistanceField { edges: BoundaryCondition::Clip, ..field }.between(walls),
             None => field,
         }
     }
 
     /// Makes the faces of a box walls, given as its lower and upper corner in pitches. They need no transform: the field of
     /// [`BoundaryCondition::Clip`] becomes that of [`BoundaryCondition::Border`].
+    ///
+    /// # Panics
+    /// If the field repeats, or has walls.
     pub fn between(mut self, walls: [[f32; 3]; 2]) -> DistanceField {
+        assert!(self.edges == BoundaryCondition::Clip, "walls are added once, to a field that does not repeat");
         (self.edges, self.walls) = (BoundaryCondition::Border, walls);
         self.meet_walls();
         self
@@ -138,7 +142,7 @@ impl DistanceField {
         (site < WALLS && self.edges != BoundaryCondition::Periodic).then_some(site)
     }
 
-    /// Returns the same for the node at a position.
+    /// Returns the [`site`](Self::site) of the node at a position.
     #[inline]
     pub(super) fn site_of(&self, node @ [x, y, z]: [usize; 3]) -> Option<[f32; 3]> {
         let site = self.sites[(z * self.size[1] + y) * self.size[0] + x];

@@ -199,3 +199,39 @@ fn thickness_maps_do_not_depend_on_the_thread_count() {
     };
     assert_eq!(of(1), of(3));
 }
+
+#[test]
+fn balls_between_walls_are_those_of_a_field_with_walls() {
+    let size = [34, 27, 30];
+    let functions: [fn([f64; 3]) -> f64; 4] = [
+        |[x, y, z]| {
+            0.4 - ((0.5 * x).sin() * (0.5 * y).cos()
+                + (0.5 * y).sin() * (0.5 * z).cos()
+                + (0.5 * z).sin() * (0.5 * x).cos())
+        },
+        // A slab that two faces of the raster cut.
+        |[x, y, _]| (x + 0.3 * y - 18.2).abs() - 4.4,
+        // A ball beside a face, and one within.
+        |p| {
+            (dot(p, p).sqrt() - 9.3)
+                .min(((p[0] - 22.0).powi(2) + (p[1] - 13.0).powi(2) + (p[2] - 16.0).powi(2)).sqrt() - 6.1)
+        },
+        // No pores.
+        |_| -1.0,
+    ];
+    let mut kept = 0;
+    for function in functions {
+        let solid = Crossings::of_function(size, BoundaryCondition::Clip, function).1;
+        let with = |edges| DistanceField::of(&Crossings::of_nodes(&solid, edges), edges);
+        for phase in Phase::BOTH {
+            let nodes = phase.nodes(&solid, &NodeSet::full(size));
+            let field = with(BoundaryCondition::Clip);
+            let free = largest_balls(&field, &nodes);
+            let field = field.between(solid.walls());
+            let found = largest_balls_between(&field, &nodes, &free);
+            assert_eq!(found, largest_balls(&with(BoundaryCondition::Border), &nodes));
+            kept += found.iter().filter(|ball| free.contains(ball)).count();
+        }
+    }
+    assert!(kept > 100, "{kept} balls remain");
+}

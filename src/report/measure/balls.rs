@@ -180,8 +180,9 @@ fn spans(study: &Study, pores: &NodeSet, free: &[f32], within: Option<&[f32]>) -
             _ => percolation(free, pores, &ends, edges),
         }
     };
-    let (x, (y, z)) = rayon::join(|| along(Axis::X), || rayon::join(|| along(Axis::Y), || along(Axis::Z)));
-    [x, y, z]
+    // Two at once: a third would need the memory of two more arrays.
+    let (x, y) = rayon::join(|| along(Axis::X), || along(Axis::Y));
+    [x, y, along(Axis::Z)]
 }
 
 /// Returns radii with walls around the axis and none across it: those of balls within the region, except that balls next to the

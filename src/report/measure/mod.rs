@@ -2,8 +2,8 @@
 //!
 //! [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and [`transport`] take the images and the region and put
 //! metrics into the [`record`]; [`convergence`] repeats the main ones on coarser rasters; [`alerts`] states reasons for doubt.
-//! Distance fields and maps are the large arrays (4 to 8 bytes per node each), so each phase is finished with them before the
-//! next begins.
+//! Distance fields and maps are the large arrays (4 to 8 bytes per node each): fields are dropped as soon as their balls are
+//! found, and maps as soon as they are measured.
 
 mod alerts;
 mod balls;

@@ -12,7 +12,7 @@ const BUCKETS: usize = 32;
 /// F. Liu, M.-C. Huang, X.-H. Liu and E.-H. Wu, Efficient depth peeling via bucket sort, High Performance Graphics 2009. This is
 /// its form of one bucket sort with uniform buckets and MAX blending. Of fragments in the same bucket all but one are lost; the
 /// paper reduces that by more passes or by buckets fitted to the depths. The range is that of the ray's fragments, from a pass of
-/// its own.
+/// its own: the range of a bounding box would cost nothing and lose more.
 pub struct BucketPeeling;
 
 impl Rival for BucketPeeling {

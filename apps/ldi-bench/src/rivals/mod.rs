@@ -1,11 +1,11 @@
 //! Earlier methods that sample a solid into layers, built for comparison with ours: their passes, their time and what they lose.
 //!
 //! All run on one thread of the CPU and draw by the same exact rasteriser, [`for_each_fragment`], which stands for the graphics
-//! hardware of the papers. Their depths are those of the lattice, finer than the 24 bits of a depth buffer, so that what they lose
+//! hardware of the papers. It covers one triangle after another, where [`CpuSampler`] covers small ones eight side by side. Their depths are those of the lattice, finer than the 24 bits of a depth buffer, so that what they lose
 //! here is the least that they lose. A fair comparison times [`CpuSampler`] in a pool of one thread.
 //!
 //! Two more are not built. Coherent layer peeling (N. Carr, R. Měch and G. Miller, Graphics Hardware 2008) peels several layers a
-//! pass where the triangles are already sorted; US patent 8,217,934 covers it. D. Wexler and others (GPU-accelerated high-quality
+//! pass where the triangles are already sorted; see US patent 8,217,934. D. Wexler and others (GPU-accelerated high-quality
 //! hidden surface removal, Graphics Hardware 2005) peel batches of a scene.
 
 mod bucket;
@@ -181,7 +181,7 @@ pub struct Comparison {
     pub differing: u64,
     /// Length inside the solid in lattice steps, on the rays that close.
     pub length: i64,
-    /// The same in the exact image, on all rays.
+    /// The same in the exact image, on the same rays.
     pub exact_length: i64,
     /// How often the triangles were drawn.
     pub passes: u32,
@@ -199,10 +199,11 @@ impl Comparison {
             all.lost += lost as u64;
             all.extra += extra as u64;
             all.differing += u64::from(lost + extra > 0);
-            all.exact_length += length(ours);
-            match theirs.len() % 2 {
-                0 => all.length += length(&theirs),
-                _ => all.unclosed += 1,
+            if theirs.len().is_multiple_of(2) {
+                all.length += length(&theirs);
+                all.exact_length += length(ours);
+            } else {
+                all.unclosed += 1;
             }
         }
         all

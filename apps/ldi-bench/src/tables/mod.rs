@@ -155,13 +155,16 @@ fn grid_around(name: &str, mesh: &ClosedMesh, resolution: u32, lod: u32) -> Resu
 pub fn run(plan: &Plan, json: Option<&Path>, svg: Option<&Path>) -> Result<(), BenchError> {
     let (machine, pools) = (Machine::ask(), Pools::new());
     let models = seed_models_named(|name| plan.models.contains(&name))?;
+    if let Some(folder) = svg {
+        std::fs::read_dir(folder).map_err(BenchError::io(folder.display().to_string()))?;
+    }
     let flag = if plan.is_quick { " --quick" } else { "" };
     println!("### The published tables and the rivals\n\n`ldi-bench tables{flag} --runs {}`\n", plan.runs);
     println!(
         "All times are wall times on the CPU; no GPU takes part. Published figures are those of Leung and Wang on a GeForce \
          GTX 580 at 512² rays and LOD-C 1024; – stands where there is none. Their solids are not ours: ours are of the same \
-         kind and size. Work of more than {LONG} s has one round after its warm-up, and the lesser time counts. Images are even-odd, of {} rays \
-         along the longest side and LOD-C {LOD} unless a table says otherwise.\n",
+         kind and size. Work of more than {LONG} s has one round after its warm-up, and the lesser time counts. Images are \
+         even-odd, of {} rays along the longest side and LOD-C {LOD} unless a table says otherwise.\n",
         plan.resolution
     );
     let parts: [&dyn Fn() -> Result<Part, BenchError>; 6] = [
