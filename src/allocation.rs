@@ -3,6 +3,7 @@
 //! A mesh is converted about as fast as memory can be written, so that most of the time would go into the page faults
 //! of its first touch: one for every 4 KiB, against one for every 2 MiB here.
 
+use std::alloc::{Layout, handle_alloc_error};
 use std::cell::Cell;
 use std::collections::TryReserveError;
 
@@ -31,7 +32,8 @@ pub fn try_vec_with_room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
 
 /// Returns values that are 0, and not touched yet.
 pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
-    let vec = bytemuck::zeroed_vec(count);
+    let vec = bytemuck::try_zeroed_vec(count)
+        .unwrap_or_else(|()| handle_alloc_error(Layout::array::<T>(count).expect("arrays in memory have a layout")));
     #[cfg(target_os = "linux")]
     advise_huge_pages(&vec);
     vec

@@ -151,8 +151,11 @@ impl<T: Copy + Default> Sorted<T> {
     }
 }
 
-/// Number of triangles of a chunk: its vertices stay in the L2 cache.
+/// Least number of triangles of a chunk: its vertices stay in the L2 cache.
 const CHUNK: usize = 1 << 13;
+
+/// Least number of triangles of a chunk for each band, so that few lanes stay empty.
+const OF_BAND: usize = 64;
 
 /// Triangles that span more bands than this are listed by index.
 const NEAR_BANDS: u32 = 4;
@@ -167,11 +170,12 @@ impl<'s> Bins<'s> {
         let window = Window::new(solid.grid(), region, axis);
         let view = View { solid, axis };
         let triangles = solid.triangles().len();
+        let of_chunk = CHUNK.max(OF_BAND * bands);
         let sort_chunk = |wide: &mut Vec<_>, chunk: usize| {
             checkpoint();
             wide.clear();
             let near = vec![List { first: NONE, last: NONE, used: LANES as u32 }; bands];
-            let run = chunk * CHUNK..triangles.min((chunk + 1) * CHUNK);
+            let run = chunk * of_chunk..triangles.min((chunk + 1) * of_chunk);
             let lanes = Vec::with_capacity(run.len() / (LANES - 2));
             let mut sorted = Chunk { lanes, near, wide: Sorted::new(0, &[], |triangle| triangle) };
             for triangle in run {
@@ -192,10 +196,11 @@ impl<'s> Bins<'s> {
                     }
                 }
             }
+            sorted.lanes.shrink_to_fit();
             sorted.wide = Sorted::new(bands, wide, |triangle| triangle);
             sorted
         };
-        let chunks = (0..triangles.div_ceil(CHUNK)).into_par_iter().map_init(Vec::new, sort_chunk).collect();
+        let chunks = (0..triangles.div_ceil(of_chunk)).into_par_iter().map_init(Vec::new, sort_chunk).collect();
         Bins { band_rows, window, view, chunks }
     }
 

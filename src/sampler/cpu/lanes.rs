@@ -6,7 +6,7 @@
 
 use super::bin::{LANES, Lanes};
 use super::raster::Clip;
-use crate::fixed::{COLUMN_DOUBT, Crossing, DepthPlane, Hit, MAGIC, ViewPosition};
+use crate::fixed::{COLUMN_DOUBT, Crossing, DepthPlane, Hit, MAGIC};
 use crate::grid::Axis;
 
 /// Columns and rows of a strip.
@@ -133,6 +133,7 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
         in_height[l] = if rows > 63 { u64::MAX } else { (1u64 << (rows & 63)) - 1 };
     }
 
+    let mut planes = [const { None }; LANES];
     let mut left = 0;
     while left < widest {
         let before = f64::from(left);
@@ -180,7 +181,8 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
                 let below = (shifted.to_bits() as u32).wrapping_sub((difference.to_bits() >> 63) as u32);
                 Crossing((below & !1) << 2 | ((1 + (below & 1)) & sloped[l]) << 1 | leaves[l])
             } else {
-                decide(&lanes.of(l), clip, row[l] + place as i32 / SIDE, column[l] + left + place as i32 % SIDE)
+                let (row, column) = (row[l] + place as i32 / SIDE, column[l] + left + place as i32 % SIDE);
+                decide(&mut planes[l], lanes, l, clip, row, column)
             };
             put(ray[l] + left as u32 + places.ray[place], H::new(crossing, lanes.triangles[l]));
         }
@@ -191,6 +193,7 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
 
 /// Returns the crossing of a ray whose depth floating point cannot decide.
 #[cold]
-fn decide(corners: &[ViewPosition; 3], clip: &Clip, row: i32, column: i32) -> Crossing {
-    DepthPlane::new(corners, clip.axis).crossing(clip.pixels.ray(column), clip.pixels.ray(row))
+fn decide(plane: &mut Option<DepthPlane>, lanes: &Lanes, lane: usize, clip: &Clip, row: i32, column: i32) -> Crossing {
+    let plane = plane.get_or_insert_with(|| DepthPlane::new(&lanes.of(lane), clip.axis));
+    plane.crossing(clip.pixels.ray(column), clip.pixels.ray(row))
 }

@@ -14,6 +14,7 @@ use crate::grid::{Axis, Grid};
 #[derive(Default)]
 pub struct BandCrossings<H = Crossing> {
     counts: Vec<u32>,
+    slots_of_ray: usize,
     slots: Vec<H>,
     spilled: Vec<(u32, H)>,
     /// Of the rays of more crossings than slots: where they begin in `long`.
@@ -21,8 +22,11 @@ pub struct BandCrossings<H = Crossing> {
     long: Vec<H>,
 }
 
-/// Slots of a ray: without triangles they fill a cache line.
+/// Most slots of a ray: without triangles they fill a cache line.
 const SLOTS: usize = 16;
+
+/// Slots of a band, which stay in the L2 cache; on very many rays each has two.
+const SLOTS_OF_BAND: usize = 1 << 17;
 
 /// The rays of a band that are sampled, and the view.
 pub struct Clip {
@@ -102,8 +106,9 @@ impl<H: Hit> BandCrossings<H> {
     pub fn begin(&mut self, rays: usize) {
         self.counts.clear();
         self.counts.resize(rays, 0);
-        if self.slots.len() < rays * SLOTS {
-            self.slots.resize(rays * SLOTS, H::default());
+        self.slots_of_ray = (SLOTS_OF_BAND / rays.max(1)).clamp(2, SLOTS);
+        if self.slots.len() < rays * self.slots_of_ray {
+            self.slots.resize(rays * self.slots_of_ray, H::default());
         }
         self.spilled.clear();
     }
@@ -114,8 +119,8 @@ impl<H: Hit> BandCrossings<H> {
         let count = &mut self.counts[ray as usize];
         let slot = *count as usize;
         *count += 1;
-        if slot < SLOTS {
-            self.slots[ray as usize * SLOTS + slot] = hit;
+        if slot < self.slots_of_ray {
+            self.slots[ray as usize * self.slots_of_ray + slot] = hit;
         } else {
             self.spilled.push((ray, hit));
         }
@@ -126,23 +131,24 @@ impl<H: Hit> BandCrossings<H> {
         if self.spilled.is_empty() {
             return;
         }
+        let slots = self.slots_of_ray;
         self.starts.clear();
         self.long.clear();
         for (ray, &count) in self.counts.iter().enumerate() {
             self.starts.push(self.long.len() as u32);
-            if count as usize > SLOTS {
-                self.long.extend_from_slice(&self.slots[ray * SLOTS..][..SLOTS]);
-                self.long.resize(self.long.len() + count as usize - SLOTS, H::default());
+            if count as usize > slots {
+                self.long.extend_from_slice(&self.slots[ray * slots..][..slots]);
+                self.long.resize(self.long.len() + count as usize - slots, H::default());
             }
         }
         // Each start moves to the first free place, and back.
         for &(ray, hit) in &self.spilled {
             let start = &mut self.starts[ray as usize];
-            self.long[*start as usize + SLOTS] = hit;
+            self.long[*start as usize + slots] = hit;
             *start += 1;
         }
         for (start, &count) in self.starts.iter_mut().zip(&self.counts) {
-            *start -= count.saturating_sub(SLOTS as u32);
+            *start -= count.saturating_sub(slots as u32);
         }
     }
 
@@ -151,10 +157,10 @@ impl<H: Hit> BandCrossings<H> {
     pub fn on_ray(&mut self, ray: u32) -> &mut [H] {
         let ray = ray as usize;
         let count = self.counts[ray] as usize;
-        if count > SLOTS {
+        if count > self.slots_of_ray {
             return &mut self.long[self.starts[ray] as usize..][..count];
         }
-        &mut self.slots[ray * SLOTS..][..count]
+        &mut self.slots[ray * self.slots_of_ray..][..count]
     }
 
     /// Returns the number of crossings of the band.
@@ -252,33 +258,35 @@ mod tests {
         let mut random = Random::new(18);
         let (mut compared, mut found_in_lanes) = (0, 0);
         for case in 0..4_000 {
-            let shift = [2, 6, 12, 18, 21, 24][case % 6];
+            let shift = [2, 6, 12, 18, 21, 25][case % 6];
             let pixel = 1i32 << shift;
-            let (columns, rows) = (40, 8);
+            let columns = [40, 100, 7][case / 486 % 3].min((1 << 30) >> shift);
+            let (first_row, band_rows) = [(0, 8), (16, 8), (8, 3), (0, 20)][random.below(4)];
+            let first_row = if shift > 21 { 0 } else { first_row };
             let axis = Axis::ALL[case / 6 % 3];
             // Coordinates on a coarse lattice make ties of rays with edges and of depths with lattice positions.
             let coarse = [2, pixel / 2, pixel][case / 18 % 3].max(2);
             let size = [pixel, 4 * pixel, 40 * pixel][case / 54 % 3];
             let depth = [2, size, 1 << 29][case / 162 % 3];
             let mut lanes = Lanes::EMPTY;
-            for lane in 0..LANES {
+            for lane in 0..LANES - random.below(3) {
                 let mut even = |from: i32, extent: i32| {
                     let at = i64::from(from) + (random.share() * f64::from(extent)) as i64;
-                    (at / i64::from(coarse) * i64::from(coarse)) as i32 & !1
+                    (at.min(1 << 30) / i64::from(coarse) * i64::from(coarse)) as i32 & !1
                 };
-                let origin = [even(0, columns * pixel), even(0, rows * pixel)];
+                let origin = [even(0, columns * pixel), even(first_row * pixel, band_rows * pixel)];
                 let mut corner = || [even(origin[0], size), even(origin[1], size), even(0, depth)];
                 lanes.set(lane, &[corner(), corner(), corner()], lane as u32);
             }
             let clip = Clip {
                 axis,
                 pixels: Pixels::new(shift),
-                columns: 3..columns - 2,
-                rows: 1..rows,
-                first_row: 0,
+                columns: random.within(0..4)..columns - random.within(0..3),
+                rows: first_row + random.within(0..3)..first_row + band_rows,
+                first_row,
                 width: columns,
             };
-            let rays = (columns * rows) as usize;
+            let rays = (columns * band_rows) as usize;
             let (expected, _) = crossings(&lanes, &clip, rays, |_, _, _, _| (1 << LANES) - 1);
             for way in [way_to_cover_lanes(), BandCrossings::cover_lanes] {
                 let (found, left_out) = crossings(&lanes, &clip, rays, way);
