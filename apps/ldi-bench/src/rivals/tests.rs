@@ -1,3 +1,5 @@
+//! Rivals on solids of known layers.
+
 use glam::DVec3;
 use ldi_ops::boolean::{BooleanOperation, merge};
 use ldi_ops::grid::{Grid, LatticeBox};
