@@ -82,12 +82,12 @@ impl DistanceField {
             transform.along_columns(&mut values, &mut sites);
             transform.across_z(&mut values, &mut sites);
         }
-        let field =
-            DistanceField { size, edges, values, sites, crossings: listed(crossings), firsts, walls: [[0.0; 3]; 2] };
-        match crossings.walls() {
-            Some(walls) => DistanceField { edges: BoundaryCondition::Clip, ..field }.between(walls),
-            None => field,
+        let (listed, walls) = (listed(crossings), Default::default());
+        let mut field = DistanceField { size, edges, values, sites, crossings: listed, firsts, walls };
+        if let Some(walls) = crossings.walls() {
+            field.meet_walls(walls);
         }
+        field
     }
 
     /// Makes the faces of a box walls, given as its lower and upper corner in pitches. They need no transform: the field of
@@ -97,8 +97,8 @@ impl DistanceField {
     /// If the field repeats, or has walls.
     pub fn between(mut self, walls: [[f32; 3]; 2]) -> DistanceField {
         assert!(self.edges == BoundaryCondition::Clip, "walls are added once, to a field that does not repeat");
-        (self.edges, self.walls) = (BoundaryCondition::Border, walls);
-        self.meet_walls();
+        self.edges = BoundaryCondition::Border;
+        self.meet_walls(walls);
         self
     }
 
@@ -170,10 +170,10 @@ impl DistanceField {
         Some(site)
     }
 
-    /// Applies the walls.
-    fn meet_walls(&mut self) {
+    /// Applies walls.
+    fn meet_walls(&mut self, walls: [[f32; 3]; 2]) {
+        self.walls = walls;
         let [columns, rows, _] = self.size;
-        let walls = self.walls;
         let planes = self.values.par_chunks_mut(columns * rows).zip(self.sites.par_chunks_mut(columns * rows));
         planes.enumerate().for_each(|(z, (values, sites))| {
             for (i, (value, site)) in values.iter_mut().zip(sites).enumerate() {

@@ -80,9 +80,14 @@ impl Lanes {
 
 /// The triangles of one run of the mesh. Runs are sorted separately so that they need no common array to write to.
 struct Chunk {
-    lanes: Vec<Lanes>,
-    near: Vec<List>,
+    near: Near,
     wide: Sorted<u32>,
+}
+
+/// Triangles in lanes, by band.
+struct Near {
+    lanes: Vec<Lanes>,
+    lists: Vec<List>,
 }
 
 /// The lanes of a band: a linked list, of which the last lanes may have room.
@@ -93,11 +98,17 @@ struct List {
     used: u32,
 }
 
-impl Chunk {
+impl Near {
+    /// Returns lists without triangles, with room for some lanes.
+    fn new(bands: usize, lanes: usize) -> Near {
+        let empty = List { first: NONE, last: NONE, used: LANES as u32 };
+        Near { lanes: Vec::with_capacity(lanes), lists: vec![empty; bands] }
+    }
+
     /// Appends a triangle to the list of a band.
     #[inline]
     fn push(&mut self, band: u32, corners: &[ViewPosition; 3], triangle: u32) {
-        let list = &mut self.near[band as usize];
+        let list = &mut self.lists[band as usize];
         if list.used as usize == LANES {
             let new = self.lanes.len() as u32;
             self.lanes.push(Lanes::EMPTY);
@@ -174,10 +185,8 @@ impl<'s> Bins<'s> {
         let sort_chunk = |wide: &mut Vec<_>, chunk: usize| {
             checkpoint();
             wide.clear();
-            let near = vec![List { first: NONE, last: NONE, used: LANES as u32 }; bands];
             let run = chunk * of_chunk..triangles.min((chunk + 1) * of_chunk);
-            let lanes = Vec::with_capacity(run.len() / (LANES - 2));
-            let mut sorted = Chunk { lanes, near, wide: Sorted::new(0, &[], |triangle| triangle) };
+            let mut near = Near::new(bands, run.len() / (LANES - 2));
             for triangle in run {
                 let triangle = triangle as u32;
                 let corners = view.see(triangle);
@@ -192,13 +201,12 @@ impl<'s> Bins<'s> {
                     if last - first >= NEAR_BANDS {
                         wide.push((triangle, first, last));
                     } else {
-                        (first..=last).for_each(|band| sorted.push(band, &corners, triangle));
+                        (first..=last).for_each(|band| near.push(band, &corners, triangle));
                     }
                 }
             }
-            sorted.lanes.shrink_to_fit();
-            sorted.wide = Sorted::new(bands, wide, |triangle| triangle);
-            sorted
+            near.lanes.shrink_to_fit();
+            Chunk { near, wide: Sorted::new(bands, wide, |triangle| triangle) }
         };
         let chunks = (0..triangles.div_ceil(of_chunk)).into_par_iter().map_init(Vec::new, sort_chunk).collect();
         Bins { band_rows, window, view, chunks }
@@ -214,8 +222,8 @@ impl<'s> Bins<'s> {
     pub fn for_each_in_band(&self, first_row: u32, mut visit: impl FnMut(Seen)) {
         let band = (first_row / self.band_rows) as usize;
         for chunk in &self.chunks {
-            let mut at = chunk.near[band].first;
-            while let Some(lanes) = chunk.lanes.get(at as usize) {
+            let mut at = chunk.near.lists[band].first;
+            while let Some(lanes) = chunk.near.lanes.get(at as usize) {
                 visit(Seen::Near(lanes));
                 at = lanes.next;
             }

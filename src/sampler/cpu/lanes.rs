@@ -6,7 +6,7 @@
 
 use super::bin::{LANES, Lanes};
 use super::raster::Clip;
-use crate::fixed::{COLUMN_DOUBT, Crossing, DepthPlane, Hit, MAGIC};
+use crate::fixed::{COLUMN_DOUBT, Crossing, DepthPlane, Hit, MAGIC, nearest_integer};
 use crate::grid::Axis;
 
 /// Columns and rows of a strip.
@@ -175,10 +175,9 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
         for &covered in &places.covered[..count] {
             let (l, place) = ((covered >> 6) as usize % LANES, (covered & 63) as usize);
             let guess = base[l] + (across[l] * places.across[place] + up[l] * places.up[place]);
-            let shifted = guess + MAGIC;
-            let difference = guess - (shifted - MAGIC);
+            let (nearest, difference) = nearest_integer(guess);
             let crossing = if difference.abs() > doubt[l] {
-                let below = (shifted.to_bits() as u32).wrapping_sub((difference.to_bits() >> 63) as u32);
+                let below = (nearest as u32).wrapping_sub((difference.to_bits() >> 63) as u32);
                 Crossing((below & !1) << 2 | ((1 + (below & 1)) & sloped[l]) << 1 | leaves[l])
             } else {
                 let (row, column) = (row[l] + place as i32 / SIDE, column[l] + left + place as i32 % SIDE);
