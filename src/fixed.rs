@@ -12,6 +12,8 @@
 //!   `n·(ray − vertex)` at depth m. Its terms overflow `i64`, but its value is |n_depth|·|m − d| < 2^62, so wrapping
 //!   arithmetic yields it exactly.
 
+use std::ops::Range;
+
 use crate::grid::Axis;
 
 /// A position in view coordinates: column, row and depth, in lattice steps.
@@ -139,7 +141,7 @@ pub(crate) const MAGIC: f64 = 3.0 * (1u64 << 51) as f64;
 /// Returns the integer nearest to `x`, and `x` minus it. For |x| ≥ 2^31 the integer is meaningless, and the difference is
 /// at most |x|·2^-51.
 #[inline(always)]
-fn nearest_integer(x: f64) -> (i32, f64) {
+pub(crate) fn nearest_integer(x: f64) -> (i32, f64) {
     let shifted = x + MAGIC;
     (shifted.to_bits() as i32, x - (shifted - MAGIC))
 }
@@ -212,6 +214,44 @@ impl EdgeWalk {
         let to_ray = i64::from(pixels.ray(column)) - i64::from(self.column);
         let side = to_ray * self.rise - i64::from(row - self.row) * self.run;
         column + i32::from(side < 0)
+    }
+}
+
+/// Calls `cover` with each of `rows` in which a triangle covers rays, and the columns covered there, which may lie
+/// outside the image.
+#[inline(always)]
+pub fn for_each_run(
+    corners: &[ViewPosition; 3],
+    pixels: Pixels,
+    rows: &Range<i32>,
+    mut cover: impl FnMut(i32, Range<i32>),
+) {
+    // Corners in the order of their rows. Triangles come in any order, so that branches would be mispredicted.
+    let key = |i: usize| u64::from(corners[i][1] as u32) << 2 | i as u64;
+    let keys = [key(0), key(1), key(2)];
+    let (least, greatest) = (keys[0].min(keys[1]).min(keys[2]), keys[0].max(keys[1]).max(keys[2]));
+    let between = keys[0] ^ keys[1] ^ keys[2] ^ least ^ greatest;
+    let [low, middle, high] = [least, between, greatest].map(|key| (key & 3) as usize);
+
+    let first = pixels.index_from(corners[low][1]).max(rows.start);
+    let end = pixels.index_from(corners[high][1]).min(rows.end);
+    // From the row `turn` on, the second short edge bounds the triangle.
+    let turn = pixels.index_from(corners[middle][1]);
+    if first >= end {
+        return;
+    }
+    let long = EdgeWalk::upwards(&corners[low], &corners[high], pixels);
+    let (from, to) = if first < turn { (low, middle) } else { (middle, high) };
+    let mut short = EdgeWalk::upwards(&corners[from], &corners[to], pixels);
+    for row in first..end {
+        if row == turn && row != first {
+            short = EdgeWalk::upwards(&corners[middle], &corners[high], pixels);
+        }
+        let position = pixels.ray(row);
+        let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
+        if a != b {
+            cover(row, a.min(b)..a.max(b));
+        }
     }
 }
 

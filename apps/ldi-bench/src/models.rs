@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use ldi_ops::grid::{Axis, Grid};
+use ldi_ops::grid::{Axis, Grid, LatticeSolid};
 use ldi_ops::mesh::{ClosedMesh, LengthUnit, TriangleMesh, io};
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{FillRule, Mode, Sampler};
@@ -189,10 +189,19 @@ pub fn write_seeds(folder: &Path) -> Result<Table, BenchError> {
     Ok(table)
 }
 
+/// Lays a raster of `resolution` rays along the longest side around a model.
+pub fn grid_around(name: &str, mesh: &ClosedMesh, resolution: u32, lod: u32) -> Result<Grid, BenchError> {
+    Grid::with_resolution(mesh.bounds(), resolution, lod).map_err(|error| BenchError::model(name, error))
+}
+
+/// Rounds a model to the lattice of a raster.
+pub fn quantise<'m>(name: &str, mesh: &'m ClosedMesh, grid: &Grid) -> Result<LatticeSolid<'m>, BenchError> {
+    grid.quantise(mesh).map_err(|error| BenchError::model(name, error))
+}
+
 /// Returns the most samples on a ray along each axis, at 512 rays along the longest side.
 fn layers(name: &str, mesh: &ClosedMesh) -> Result<[u32; 3], BenchError> {
-    let grid = Grid::with_resolution(mesh.bounds(), 512, 1024).map_err(|error| BenchError::model(name, error))?;
-    let solid = grid.quantise(mesh).map_err(|error| BenchError::model(name, error))?;
+    let solid = quantise(name, mesh, &grid_around(name, mesh, 512, 1024)?)?;
     let images = Axis::ALL.map(|axis| CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd));
     Ok(images.map(|image| image.expect("the model is closed").layers()))
 }

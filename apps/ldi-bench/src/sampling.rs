@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
@@ -15,7 +15,7 @@ use crate::BenchError;
 use crate::clock::{Times, median_times};
 use crate::fit::{LinearCost, Observation, exponent, linear_cost};
 use crate::machine::Machine;
-use crate::models::{self, NamedSolid};
+use crate::models::{self, NamedSolid, grid_around, quantise};
 use crate::table::{Table, count, number};
 
 /// The settings of a run.
@@ -104,18 +104,10 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     crate::process::write_json(json, &document)
 }
 
-fn grid(name: &str, mesh: &ClosedMesh, resolution: u32) -> Result<Grid, BenchError> {
-    Grid::with_resolution(mesh.bounds(), resolution, LOD).map_err(|error| BenchError::model(name, error))
-}
-
-fn quantise<'m>(name: &str, mesh: &'m ClosedMesh, grid: &Grid) -> Result<LatticeSolid<'m>, BenchError> {
-    grid.quantise(mesh).map_err(|error| BenchError::model(name, error))
-}
-
 fn by_model(plan: &Plan, solids: &[NamedSolid], pools: &[ThreadPool; 2]) -> Result<Vec<Case>, BenchError> {
     let mut cases = Vec::new();
     for NamedSolid { name, mesh, .. } in solids {
-        let solid = quantise(name, mesh, &grid(name, mesh, plan.resolution)?)?;
+        let solid = quantise(name, mesh, &grid_around(name, mesh, plan.resolution, LOD)?)?;
         for axis in Axis::ALL {
             for way in WAYS {
                 let crossings = WAYS[0].sample(&solid, axis).depths().len() as u64;
@@ -212,7 +204,7 @@ fn costs(plan: &Plan, solids: &[NamedSolid], pool: &ThreadPool) -> Result<Vec<Co
     let mut observations = [const { Vec::new() }; WAYS.len()];
     for NamedSolid { name, mesh, .. } in solids {
         for resolution in [64, 128, 256, 512, 1024] {
-            let solid = quantise(name, mesh, &grid(name, mesh, resolution)?)?;
+            let solid = quantise(name, mesh, &grid_around(name, mesh, resolution, LOD)?)?;
             let image = WAYS[0].sample(&solid, Axis::Z);
             let (crossings, rays) = (image.depths().len() as f64, f64::from(image.rays()));
             drop(image);
@@ -278,7 +270,7 @@ fn growth(
     resolution: u32,
     size: impl Fn(u64, u64) -> u64,
 ) -> Result<Growth, BenchError> {
-    let solid = quantise("gyroid", mesh, &grid("gyroid", mesh, resolution)?)?;
+    let solid = quantise("gyroid", mesh, &grid_around("gyroid", mesh, resolution, LOD)?)?;
     let image = WAYS[0].sample(&solid, Axis::Z);
     let (rays, crossings) = (u64::from(image.rays()), image.depths().len() as u64);
     drop(image);

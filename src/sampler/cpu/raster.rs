@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::bin::{Bins, LANES, Lanes, Seen};
 use super::lanes::Places;
-use crate::fixed::{Crossing, DepthPlane, EdgeWalk, Hit, Pixels, ViewPosition};
+use crate::fixed::{Crossing, DepthPlane, Hit, Pixels, ViewPosition, for_each_run};
 use crate::grid::{Axis, Grid};
 
 /// The crossings of the rays of one band; their order on a ray is arbitrary.
@@ -186,43 +186,6 @@ fn way_to_cover_lanes<H: Hit>() -> CoverLanes<H> {
         return |crossings, lanes, clip, places| unsafe { crossings.cover_lanes_avx2(lanes, clip, places) };
     }
     |_, _, _, _| (1 << LANES) - 1
-}
-
-/// Calls `cover` with each of `rows` in which the triangle covers rays, and the columns covered there.
-#[inline(always)]
-fn for_each_run(
-    corners: &[ViewPosition; 3],
-    pixels: Pixels,
-    rows: &Range<i32>,
-    mut cover: impl FnMut(i32, Range<i32>),
-) {
-    // Corners in the order of their rows. Triangles come in any order, so that branches would be mispredicted.
-    let key = |i: usize| u64::from(corners[i][1] as u32) << 2 | i as u64;
-    let keys = [key(0), key(1), key(2)];
-    let (least, greatest) = (keys[0].min(keys[1]).min(keys[2]), keys[0].max(keys[1]).max(keys[2]));
-    let between = keys[0] ^ keys[1] ^ keys[2] ^ least ^ greatest;
-    let [low, middle, high] = [least, between, greatest].map(|key| (key & 3) as usize);
-
-    let first = pixels.index_from(corners[low][1]).max(rows.start);
-    let end = pixels.index_from(corners[high][1]).min(rows.end);
-    // From the row `turn` on, the second short edge bounds the triangle.
-    let turn = pixels.index_from(corners[middle][1]);
-    if first >= end {
-        return;
-    }
-    let long = EdgeWalk::upwards(&corners[low], &corners[high], pixels);
-    let (from, to) = if first < turn { (low, middle) } else { (middle, high) };
-    let mut short = EdgeWalk::upwards(&corners[from], &corners[to], pixels);
-    for row in first..end {
-        if row == turn && row != first {
-            short = EdgeWalk::upwards(&corners[middle], &corners[high], pixels);
-        }
-        let position = pixels.ray(row);
-        let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
-        if a != b {
-            cover(row, a.min(b)..a.max(b));
-        }
-    }
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use super::{Layers, Rival, for_each_fragment, rays};
 ///
 /// F. Liu, M.-C. Huang, X.-H. Liu and E.-H. Wu, FreePipe: a programmable parallel rendering architecture for efficient
 /// multi-fragment effects, Interactive 3D Graphics and Games 2010. With a fixed number of slots, memory is rays × slots, and
-/// fragments beyond them are lost. The compact form, of later work, counts, sums and fills, in two passes, and loses nothing. Both sort by the
-/// standard library's unstable sort; the authors' code exchanged neighbours.
+/// fragments beyond them are lost. The compact form, of later work, counts, sums and fills, in two passes, and loses nothing. Both
+/// sort by the standard library's unstable sort; the authors' code exchanged neighbours.
 pub struct FreePipe {
     name: &'static str,
     slots: Option<usize>,

@@ -1,8 +1,9 @@
 //! Earlier methods that sample a solid into layers, built for comparison with ours: their passes, their time and what they lose.
 //!
 //! All run on one thread of the CPU and draw by the same exact rasteriser, [`for_each_fragment`], which stands for the graphics
-//! hardware of the papers. It covers one triangle after another, where [`CpuSampler`] covers small ones eight side by side. Their depths are those of the lattice, finer than the 24 bits of a depth buffer, so that what they lose
-//! here is the least that they lose. A fair comparison times [`CpuSampler`] in a pool of one thread.
+//! hardware of the papers. It covers one triangle after another, where [`CpuSampler`] covers small ones eight side by side. Their
+//! depths are those of the lattice, finer than the 24 bits of a depth buffer, so that what they lose here is the least that they
+//! lose. A fair comparison times [`CpuSampler`] in a pool of one thread.
 //!
 //! Two more are not built. Coherent layer peeling (N. Carr, R. Měch and G. Miller, Graphics Hardware 2008) peels several layers a
 //! pass where the triangles are already sorted; see US patent 8,217,934. D. Wexler and others (GPU-accelerated high-quality
@@ -18,7 +19,7 @@ mod voxels;
 
 use std::ops::Range;
 
-use ldi_ops::fixed::{Crossing, DepthPlane, EdgeWalk, Pixels};
+use ldi_ops::fixed::{Crossing, DepthPlane, Pixels, for_each_run};
 use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::ldi::Ldi;
 #[cfg(doc)]
@@ -143,28 +144,13 @@ pub fn for_each_fragment(solid: &LatticeSolid, axis: Axis, mut emit: impl FnMut(
         if ends(0, &columns).is_empty() | ends(1, &rows).is_empty() {
             continue;
         }
-        // Corners in the order of their rows, without branches on it, which would be mispredicted.
-        let [a, b, c] = [0, 1, 2].map(|i| (seen[i][1], i));
-        let (least, greatest) = (a.min(b).min(c).1, a.max(b).max(c).1);
-        let [low, middle, high] = [least, 3 - least - greatest, greatest].map(|i| seen[i]);
-        let row_from = |corner: [i32; 3]| pixels.index_from(corner[1]).clamp(rows.start, rows.end);
-        let [first, turn, end] = [low, middle, high].map(row_from);
-        let long = EdgeWalk::upwards(&low, &high, pixels);
         let mut plane = None;
-        for (rows, from, to) in [(first..turn, low, middle), (turn..end, middle, high)] {
-            if rows.is_empty() {
-                continue;
+        for_each_run(&seen, pixels, &rows, |row, covered| {
+            let plane: &DepthPlane = plane.get_or_insert_with(|| DepthPlane::new(&seen, axis));
+            for column in covered.start.max(columns.start)..covered.end.min(columns.end) {
+                emit((row * width + column) as usize, plane.crossing(pixels.ray(column), pixels.ray(row)));
             }
-            let short = EdgeWalk::upwards(&from, &to, pixels);
-            for row in rows {
-                let position = pixels.ray(row);
-                let (a, b) = (long.first_column(position, pixels), short.first_column(position, pixels));
-                for column in a.min(b).max(columns.start)..a.max(b).min(columns.end) {
-                    let plane: &DepthPlane = plane.get_or_insert_with(|| DepthPlane::new(&seen, axis));
-                    emit((row * width + column) as usize, plane.crossing(pixels.ray(column), position));
-                }
-            }
-        }
+        });
     }
 }
 

@@ -4,9 +4,9 @@ use ldi_ops::grid::Axis;
 use ldi_ops::sampler::Mode;
 use serde_json::json;
 
-use super::{LOD, OVER, Part, Plan, Pools, grid_around, images, quantise, timed};
+use super::{LOD, OVER, Part, Plan, Pools, images, timed};
 use crate::BenchError;
-use crate::models::SeedModel;
+use crate::models::{SeedModel, grid_around, quantise};
 use crate::rivals::{self, Comparison};
 use crate::table::{Table, count, number};
 

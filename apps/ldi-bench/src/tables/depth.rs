@@ -6,9 +6,9 @@ use ldi_ops::sampler::{FillRule, Mode, Sampler};
 use serde_json::json;
 
 use super::plot::Plot;
-use super::{LOD, Part, Plan, Pools, quantise, timed};
+use super::{LOD, Part, Plan, Pools, timed};
 use crate::BenchError;
-use crate::models;
+use crate::models::{self, quantise};
 use crate::rivals::{Comparison, DepthPeeling, FreePipe, Rival, StencilBuffer};
 use crate::table::{Table, count, number};
 

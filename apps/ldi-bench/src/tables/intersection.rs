@@ -8,9 +8,9 @@ use ldi_ops::sampler::{Estimate, FillRule, MaskIntersection, Mode};
 use serde_json::json;
 
 use super::lod::mean_volume;
-use super::{LOD, Part, Plan, Pools, images, quantise, timed};
+use super::{LOD, Part, Plan, Pools, images, timed};
 use crate::BenchError;
-use crate::models;
+use crate::models::{self, quantise};
 use crate::rivals::contact_volume;
 use crate::table::{Table, number};
 

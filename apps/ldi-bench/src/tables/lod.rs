@@ -7,9 +7,9 @@ use ldi_ops::sampler::Mode;
 use serde_json::json;
 
 use super::plot::Plot;
-use super::{OVER, Part, Plan, Pools, UNDER, grid_around, images, quantise, timed};
+use super::{OVER, Part, Plan, Pools, UNDER, images, timed};
 use crate::BenchError;
-use crate::models::NamedSolid;
+use crate::models::{NamedSolid, grid_around, quantise};
 use crate::table::{Table, count, number};
 
 /// Returns the mean volume of the images along three axes.

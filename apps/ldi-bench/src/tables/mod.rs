@@ -11,9 +11,8 @@ mod sums;
 use std::path::Path;
 use std::time::Instant;
 
-use ldi_ops::grid::{Axis, Grid, LatticeSolid};
+use ldi_ops::grid::{Axis, LatticeSolid};
 use ldi_ops::ldi::Ldi;
-use ldi_ops::mesh::ClosedMesh;
 use ldi_ops::sampler::cpu::CpuSampler;
 use ldi_ops::sampler::{Estimate, FillRule, Mode, Sampler};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -141,14 +140,6 @@ const UNDER: Mode = Mode::Estimate(Estimate::Under);
 fn images(solid: &LatticeSolid, mode: Mode) -> Vec<Ldi> {
     let images = CpuSampler::default().sample_along(solid, &Axis::ALL, mode, FillRule::EvenOdd);
     images.expect("the model is closed and its samples can be counted")
-}
-
-fn quantise<'m>(name: &str, mesh: &'m ClosedMesh, grid: &Grid) -> Result<LatticeSolid<'m>, BenchError> {
-    grid.quantise(mesh).map_err(|error| BenchError::model(name, error))
-}
-
-fn grid_around(name: &str, mesh: &ClosedMesh, resolution: u32, lod: u32) -> Result<Grid, BenchError> {
-    Grid::with_resolution(mesh.bounds(), resolution, lod).map_err(|error| BenchError::model(name, error))
 }
 
 /// Runs the plan, and prints each table when it is done.
