@@ -24,7 +24,8 @@ pub type ViewPosition = [i32; 3];
 ///
 /// Layout: bits 3–31 `floor / 2`; bits 1–2: 0 if the depth is exactly `floor`, 1 if it lies above and `nearest` is
 /// `floor`, 2 if `nearest` is `floor + 2`; bit 0: 1 where the ray leaves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub struct Crossing(pub u32);
 
 impl Crossing {
@@ -75,6 +76,8 @@ pub trait Hit: Copy + Ord + Default + Send {
     fn crossing(self) -> Crossing;
     /// Returns the triangle's index, if it is stored.
     fn triangle(self) -> Option<u32>;
+    /// Returns hits as integers that sort as they do, if they have no triangles.
+    fn keys(hits: &mut [Self]) -> Option<&mut [u32]>;
 }
 
 impl Hit for Crossing {
@@ -93,6 +96,11 @@ impl Hit for Crossing {
     #[inline]
     fn triangle(self) -> Option<u32> {
         None
+    }
+
+    #[inline]
+    fn keys(hits: &mut [Crossing]) -> Option<&mut [u32]> {
+        Some(bytemuck::cast_slice_mut(hits))
     }
 }
 
@@ -120,6 +128,11 @@ impl Hit for TriangleHit {
     #[inline]
     fn triangle(self) -> Option<u32> {
         Some(self.triangle)
+    }
+
+    #[inline]
+    fn keys(_: &mut [TriangleHit]) -> Option<&mut [u32]> {
+        None
     }
 }
 

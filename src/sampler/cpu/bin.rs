@@ -24,12 +24,41 @@ pub struct Bins<'s> {
 
 /// A solid's triangles in the coordinates of one view.
 #[derive(Clone, Copy)]
-struct View<'s> {
-    solid: &'s LatticeSolid<'s>,
-    axis: Axis,
+pub struct View<'s> {
+    /// The solid.
+    pub solid: &'s LatticeSolid<'s>,
+    /// The direction of the rays.
+    pub axis: Axis,
 }
 
 impl View<'_> {
+    /// Lists the triangles of a run whose boxes have rays in them.
+    fn list_run(&self, run: Range<usize>, lists: &mut Lists) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && self.solid.positions().len() <= super::gather::MOST {
+            // SAFETY: the processor has AVX2.
+            return unsafe { super::gather::list_run(self, run, lists) };
+        }
+        self.list_run_alone(run, lists);
+    }
+
+    /// Does the same one triangle after another.
+    fn list_run_alone(&self, run: Range<usize>, lists: &mut Lists) {
+        for triangle in run {
+            let corners = self.see(triangle as u32);
+            let [a, b, c] = corners;
+            let rays = |i: usize, within: &Range<i32>| {
+                let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
+                lists.pixels.index_from(low).max(within.start)..lists.pixels.index_from(high).min(within.end)
+            };
+            let (columns, rows) = (rays(0, &lists.window.columns), rays(1, &lists.window.rows));
+            if !columns.is_empty() & !rows.is_empty() {
+                lists.push(rows, &corners.map(|corner| corner.map(|coordinate| [coordinate])), 0, triangle as u32);
+            }
+        }
+    }
+
+    /// Returns the corners of a triangle.
     #[inline]
     fn see(&self, triangle: u32) -> [ViewPosition; 3] {
         let (column, row, depth) = (self.axis.column(), self.axis.row(), self.axis.depth());
@@ -60,13 +89,11 @@ impl Lanes {
     /// Lanes without triangles.
     pub const EMPTY: Lanes = Lanes { corners: [[[0; LANES]; 3]; 3], triangles: [0; LANES], next: NONE };
 
-    /// Sets the triangle of a lane.
-    #[inline]
-    pub fn set(&mut self, lane: usize, corners: &[ViewPosition; 3], triangle: u32) {
-        for (to, from) in self.corners.iter_mut().zip(corners) {
-            for (to, from) in to.iter_mut().zip(from) {
-                to[lane] = *from;
-            }
+    /// Sets the triangle of a lane to one of `N` side by side.
+    #[inline(always)]
+    pub fn set<const N: usize>(&mut self, lane: usize, corners: &[[[i32; N]; 3]; 3], from: usize, triangle: u32) {
+        for (to, coordinate) in self.corners.as_flattened_mut().iter_mut().zip(corners.as_flattened()) {
+            to[lane] = coordinate[from];
         }
         self.triangles[lane] = triangle;
     }
@@ -105,9 +132,9 @@ impl Near {
         Near { lanes: Vec::with_capacity(lanes), lists: vec![empty; bands] }
     }
 
-    /// Appends a triangle to the list of a band.
-    #[inline]
-    fn push(&mut self, band: u32, corners: &[ViewPosition; 3], triangle: u32) {
+    /// Appends a triangle, one of `N` side by side, to the list of a band.
+    #[inline(always)]
+    fn push<const N: usize>(&mut self, band: u32, corners: &[[[i32; N]; 3]; 3], lane: usize, triangle: u32) {
         let list = &mut self.lists[band as usize];
         if list.used as usize == LANES {
             let new = self.lanes.len() as u32;
@@ -118,8 +145,33 @@ impl Near {
             }
             (list.last, list.used) = (new, 0);
         }
-        self.lanes[list.last as usize].set(list.used as usize, corners, triangle);
+        self.lanes[list.last as usize].set(list.used as usize % LANES, corners, lane, triangle);
         list.used += 1;
+    }
+}
+
+/// Where the triangles of a run are listed.
+pub struct Lists<'l> {
+    /// The pixels of the view.
+    pub pixels: Pixels,
+    /// The rays that are sampled.
+    pub window: &'l Window,
+    band_of_row: &'l [u32],
+    near: Near,
+    wide: &'l mut Vec<(u32, u32, u32)>,
+}
+
+impl Lists<'_> {
+    /// Lists a triangle, one of `N` side by side, whose box has rays of these rows in it.
+    #[inline(always)]
+    pub fn push<const N: usize>(&mut self, rows: Range<i32>, corners: &[[[i32; N]; 3]; 3], lane: usize, triangle: u32) {
+        let (first, last) = (self.band_of_row[rows.start as usize], self.band_of_row[rows.end as usize - 1]);
+        if last - first >= NEAR_BANDS {
+            return self.wide.push((triangle, first, last));
+        }
+        for band in first..=last {
+            self.near.push(band, corners, lane, triangle);
+        }
     }
 }
 
@@ -186,25 +238,10 @@ impl<'s> Bins<'s> {
             checkpoint();
             wide.clear();
             let run = chunk * of_chunk..triangles.min((chunk + 1) * of_chunk);
-            let mut near = Near::new(bands, run.len() / (LANES - 2));
-            for triangle in run {
-                let triangle = triangle as u32;
-                let corners = view.see(triangle);
-                let [a, b, c] = corners;
-                let meets = |i: usize, within: &Range<i32>| {
-                    let (low, high) = (a[i].min(b[i]).min(c[i]), a[i].max(b[i]).max(c[i]));
-                    pixels.index_from(low).max(within.start)..pixels.index_from(high).min(within.end)
-                };
-                let (columns, rows) = (meets(0, &window.columns), meets(1, &window.rows));
-                if !columns.is_empty() & !rows.is_empty() {
-                    let (first, last) = (band_of_row[rows.start as usize], band_of_row[rows.end as usize - 1]);
-                    if last - first >= NEAR_BANDS {
-                        wide.push((triangle, first, last));
-                    } else {
-                        (first..=last).for_each(|band| near.push(band, &corners, triangle));
-                    }
-                }
-            }
+            let near = Near::new(bands, run.len() / (LANES - 2));
+            let mut lists = Lists { pixels, window: &window, band_of_row: &band_of_row, near, wide };
+            view.list_run(run, &mut lists);
+            let mut near = lists.near;
             near.lanes.shrink_to_fit();
             Chunk { near, wide: Sorted::new(bands, wide, |triangle| triangle) }
         };
@@ -240,4 +277,57 @@ pub enum Seen<'l> {
     Near(&'l Lanes),
     /// The corners and the index of a triangle that spans many bands.
     Wide([ViewPosition; 3], u32),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::testing::random::Random;
+    use glam::DVec3;
+
+    #[test]
+    fn eight_triangles_are_listed_as_one_after_another() {
+        let mut random = Random::new(18);
+        let (mut listed_near, mut listed_wide) = (0, 0);
+        for case in 0..60 {
+            let grid = Grid::from_parts(DVec3::ZERO, 1.0, [40, 24, 33], [2, 9, 20][case % 3], 1024).unwrap();
+            let size = [0, 1, 2].map(|axis| grid.length(axis));
+            // Few vertices make faces of any size; duplicates make some of one point.
+            let positions: Vec<[i32; 3]> = (0..4 + random.below(30))
+                .map(|_| size.map(|size| random.below(size as usize / 2) as i32 * 2))
+                .collect();
+            let triangles: Vec<[u32; 3]> = (0..random.below(300))
+                .map(|_| {
+                    let first = random.below(positions.len());
+                    [first, first + random.below(4), random.below(positions.len())]
+                        .map(|v| (v % positions.len()) as u32)
+                })
+                .collect();
+            let solid = LatticeSolid::of_primitives(&grid, &positions, &triangles);
+            let axis = Axis::ALL[case / 3 % 3];
+            let box_of =
+                |share: f64| LatticeBox { min: size.map(|size| (f64::from(size) * share) as i32 & !1), max: size };
+            let window = Window::new(&grid, &box_of([0.0, 0.4][case / 9 % 2]), axis);
+            let (_, rows) = grid.image_size(axis);
+            let band_of_row: Vec<u32> = (0..rows).map(|row| row / 3).collect();
+            let (view, bands) = (View { solid: &solid, axis }, rows.div_ceil(3) as usize);
+            let run = random.below(2 + triangles.len() / 2).min(triangles.len())..triangles.len();
+            let listed = |list: fn(&View, Range<usize>, &mut Lists)| {
+                let (mut wide, near) = (Vec::new(), Near::new(bands, 0));
+                let (pixels, window) = (Pixels::new(grid.shift()), &window);
+                let mut lists = Lists { pixels, window, band_of_row: &band_of_row, near, wide: &mut wide };
+                list(&view, run.clone(), &mut lists);
+                let near = lists.near;
+                let blocks: Vec<_> =
+                    near.lanes.iter().map(|lanes| (lanes.corners, lanes.triangles, lanes.next)).collect();
+                (blocks, near.lists.iter().map(|list| (list.first, list.last, list.used)).collect::<Vec<_>>(), wide)
+            };
+            let alone = listed(|view, run, lists| view.list_run_alone(run, lists));
+            assert!(alone == listed(|view, run, lists| view.list_run(run, lists)), "case {case}");
+            listed_near += alone.0.len();
+            listed_wide += alone.2.len();
+        }
+        assert!(listed_near > 1_000 && listed_wide > 100, "{listed_near} near, {listed_wide} wide");
+    }
 }

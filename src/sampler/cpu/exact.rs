@@ -1,5 +1,7 @@
 //! Exact images: the sorted crossings of a ray.
 
+#[cfg(target_arch = "x86_64")]
+use super::network;
 use crate::fixed::{Crossing, Hit};
 use crate::sampler::FillRule;
 use crate::sampler::layout::Voxels;
@@ -31,9 +33,17 @@ pub fn in_voxels_of_their_own(crossings: &[Crossing], voxels: &Voxels) -> bool {
     crossings.windows(2).all(|pair| voxels.of(pair[0]) != voxels.of(pair[1]))
 }
 
-/// Sorts the crossings of a ray by depth. Most rays have only a few, for which insertion sort is fastest.
+/// Sorts the crossings of a ray by depth. Most rays have only a few.
 #[inline]
 pub fn sort<H: Hit>(crossings: &mut [H]) {
+    #[cfg(target_arch = "x86_64")]
+    if let 5..=network::MOST = crossings.len()
+        && is_x86_feature_detected!("avx2")
+        && let Some(keys) = H::keys(crossings)
+    {
+        // SAFETY: the processor has AVX2.
+        return unsafe { network::sort(keys) };
+    }
     const FEW: usize = 24;
     if crossings.len() > FEW {
         return crossings.sort_unstable();

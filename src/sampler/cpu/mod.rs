@@ -1,18 +1,25 @@
 //! The CPU sampler: rayon over bands of rows.
 //!
-//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray; `lanes` finds
-//! those of eight small triangles at a time) → `exact`, or `masks` → `classify` → `retrieve` ray by ray; `windings`
-//! accumulates the winding sums in either case. The masks of one ray stay in the L1 cache, and the retrieval reads the
+//! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) → `exact`, or
+//! `masks` → `classify` → `retrieve` ray by ray; `windings` accumulates the winding sums in either case. On processors
+//! with AVX2 `gather` sees eight triangles at a time, `lanes` finds the crossings of eight small ones, and `network` sorts
+//! those of a ray. The masks of one ray stay in the L1 cache, and the retrieval reads the
 //! crossings that the geometry pass left instead of rasterising again.
 
 mod bin;
 mod classify;
 mod exact;
-// Called where vectors are long enough.
-#[cfg_attr(not(any(test, target_arch = "x86_64")), allow(dead_code))]
+#[cfg(target_arch = "x86_64")]
+mod gather;
+#[cfg(target_arch = "x86_64")]
+mod lanes;
+#[cfg(not(target_arch = "x86_64"))]
+#[path = "no_lanes.rs"]
 mod lanes;
 mod lists;
 mod masks;
+#[cfg(target_arch = "x86_64")]
+mod network;
 mod raster;
 mod retrieve;
 mod stages;
