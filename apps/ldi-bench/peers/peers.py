@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Times the Boolean or Minkowski sum of two STL files by every peer that is installed (see requirements.txt), with --write
-to a third.
+to a third. Programs of voxels take part where --resolution says how many there are along the longest side; they tell the
+volume of the intersection alone.
 
 Of the peers manifold3d alone has sums, which are right where B is convex and contains the origin. B is moved until it
 does, and the sum back; whether B is convex is told beside the sum, and where it is not, the sum is wrong.
@@ -29,7 +30,8 @@ STEPS = ("read", "weld", "build", "boolean", "write", "volume")
 class Steps:
     """Seconds by step, and what else there is to tell; a step that a peer does not have stays None."""
 
-    def __init__(self):
+    def __init__(self, resolution):
+        self.resolution = resolution
         self.seconds = dict.fromkeys(STEPS)
         # Of all threads and all steps.
         self.cpu_seconds = 0.0
@@ -200,14 +202,148 @@ def run_meshlib(files, operation, steps, out):
     return steps.time("volume", result.volume), result.topology.numValidFaces()
 
 
+def run_cgal(files, operation, steps, out):
+    from CGAL import CGAL_Polygon_mesh_processing as processing
+    from CGAL.CGAL_Kernel import Point_3
+    from CGAL.CGAL_Polyhedron_3 import Polyhedron_3
+
+    corners = steps.time("read", lambda: [read_corners(file) for file in files])
+    meshes = steps.time("weld", lambda: [weld(c) for c in corners])
+
+    def build():
+        built = []
+        for points, triangles in meshes:
+            polyhedron, soup, faces = Polyhedron_3(), processing.Point_3_Vector(), processing.Polygon_Vector()
+            for x, y, z in points.astype(float).tolist():
+                soup.append(Point_3(x, y, z))
+            for triangle in triangles.tolist():
+                faces.append(processing.Int_Vector(triangle))
+            processing.polygon_soup_to_polygon_mesh(soup, faces, polyhedron)
+            built.append(polyhedron)
+        return built
+
+    a, b = steps.time("build", build)
+
+    def boolean():
+        result = Polyhedron_3()
+        if not getattr(processing, f"corefine_and_compute_{operation}")(a, b, result):
+            raise ValueError("CGAL: the result is not a manifold")
+        return result
+
+    result = steps.time("boolean", boolean)
+    if out:
+        raise ValueError("CGAL: the result is not written here")
+    return steps.time("volume", lambda: processing.volume(result)), result.size_of_facets()
+
+
+def common_raster(meshes, resolution):
+    """The lower corner, the pitch and the numbers of voxels of a raster around points."""
+    import numpy as np
+
+    low = np.min([points.min(axis=0) for points, _ in meshes], axis=0).astype(float)
+    high = np.max([points.max(axis=0) for points, _ in meshes], axis=0).astype(float)
+    pitch = (high - low).max() / resolution
+    return low, pitch, np.ceil((high - low) / pitch).astype(int)
+
+
+def run_open3d(files, operation, steps, out):
+    import numpy as np
+    import open3d
+
+    corners = steps.time("read", lambda: [read_corners(file) for file in files])
+    meshes = steps.time("weld", lambda: [weld(c) for c in corners])
+    low, pitch, counts = common_raster(meshes, steps.resolution)
+
+    def build():
+        scenes = []
+        for points, triangles in meshes:
+            scenes.append(open3d.t.geometry.RaycastingScene())
+            scenes[-1].add_triangles(open3d.core.Tensor(points), open3d.core.Tensor(triangles.astype(np.uint32)))
+        return scenes
+
+    scenes = steps.time("build", build)
+
+    def boolean():
+        centres = [low[axis] + pitch * (np.arange(counts[axis]) + 0.5) for axis in range(3)]
+        both = 0
+        # Slabs, as the points of all voxels do not fit into memory.
+        for z in np.array_split(centres[2], max(1, len(centres[2]) // 16)):
+            x, y, z = np.meshgrid(centres[0], centres[1], z, indexing="ij")
+            points = open3d.core.Tensor(np.stack([x, y, z], axis=-1).astype(np.float32).reshape(-1, 3))
+            inside = [scene.compute_occupancy(points).numpy() > 0 for scene in scenes]
+            both += int((inside[0] & inside[1]).sum())
+        return both
+
+    both = steps.time("boolean", boolean)
+    return both * pitch**3, 0
+
+
+def run_vtk(files, operation, steps, out):
+    import numpy as np
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkImagingStencil import vtkImageStencilToImage, vtkPolyDataToImageStencil
+    from vtkmodules.vtkIOGeometry import vtkSTLReader
+
+    def read():
+        meshes = []
+        for file in files:
+            # Its reader welds as it reads.
+            reader = vtkSTLReader()
+            reader.SetFileName(str(file))
+            reader.Update()
+            meshes.append(reader.GetOutput())
+        return meshes
+
+    meshes = steps.time("read", read)
+    boxes = [np.array(mesh.GetBounds()).reshape(3, 2) for mesh in meshes]
+    low, pitch, counts = common_raster([(box.T, None) for box in boxes], steps.resolution)
+
+    def voxels(mesh):
+        stencil = vtkPolyDataToImageStencil()
+        stencil.SetInputData(mesh)
+        stencil.SetOutputOrigin(*(low + 0.5 * pitch))
+        stencil.SetOutputSpacing(pitch, pitch, pitch)
+        stencil.SetOutputWholeExtent(0, counts[0] - 1, 0, counts[1] - 1, 0, counts[2] - 1)
+        image = vtkImageStencilToImage()
+        image.SetInputConnection(stencil.GetOutputPort())
+        image.SetOutputScalarTypeToUnsignedChar()
+        image.SetInsideValue(1)
+        image.Update()
+        return vtk_to_numpy(image.GetOutput().GetPointData().GetScalars())
+
+    a, b = steps.time("build", lambda: [voxels(mesh) for mesh in meshes])
+    both = steps.time("boolean", lambda: int((a & b).sum()))
+    return both * pitch**3, 0
+
+
+def run_picopie(files, operation, steps, out):
+    import picopie
+
+    corners = [read_corners(file) for file in files]
+    _, pitch, _ = common_raster([(c, None) for c in corners], steps.resolution)
+    del corners
+    if not picopie.is_initialized():
+        picopie.init(voxel_size_mm=float(pitch))
+    meshes = steps.time("read", lambda: [picopie.Mesh.load_stl(str(file)) for file in files])
+    a, b = steps.time("build", lambda: [picopie.Voxels.from_mesh(mesh) for mesh in meshes])
+    steps.time("boolean", lambda: a.bool_intersect_(b))
+    return steps.time("volume", lambda: a.calculate_properties()[0]), 0
+
+
 # name: (distribution, what runs it)
+VOXELS = {
+    "open3d": ("open3d", run_open3d),
+    "vtk": ("vtk", run_vtk),
+    "picopie": ("picopie", run_picopie),
+}
 PEERS = {
     "manifold3d": ("manifold3d", run_manifold3d),
     "trueform": ("trueform", run_trueform),
     "trueform-f64": ("trueform", run_trueform_f64),
     "meshlib": ("meshlib", run_meshlib),
     "libigl": ("libigl", run_libigl),
-}
+    "cgal": ("cgal", run_cgal),
+} | VOXELS
 
 
 def peak_memory():
@@ -218,12 +354,12 @@ def peak_memory():
     return None
 
 
-def measure(peer, files, operation, runs, out):
+def measure(peer, files, operation, runs, out, resolution):
     """In the peer's own process: medians, volume, peak memory."""
     _, run = PEERS[peer]
     every, answers, cpu = [], [], []
     for _ in range(runs):
-        steps = Steps()
+        steps = Steps(resolution)
         answers.append(run(files, operation, steps, out))
         every.append(steps.seconds)
         cpu.append(steps.cpu_seconds)
@@ -236,15 +372,18 @@ def measure(peer, files, operation, runs, out):
         "same_every_run": all(answer == answers[0] for answer in answers),
         **steps.notes,
         "seconds": seconds,
+        "every_total": [sum(filter(None, s.values())) for s in every],
         "cpu_seconds": statistics.median(cpu),
         "peak_memory_bytes": peak_memory(),
     }
 
 
-def measure_apart(peer, files, operation, runs, timeout, out):
+def measure_apart(peer, files, operation, runs, timeout, out, resolution):
     """Starts this program again for the one peer."""
     if operation == SUM and peer != "manifold3d":
         return {"peer": peer, "refused": "has no Minkowski sums"}
+    if peer in VOXELS and (operation != "intersection" or out):
+        return {"peer": peer, "refused": "tells volumes of intersections alone"}
     distribution, _ = PEERS[peer]
     try:
         row = {"peer": peer, "version": importlib.metadata.version(distribution)}
@@ -252,6 +391,7 @@ def measure_apart(peer, files, operation, runs, timeout, out):
         return {"peer": peer, "refused": "not installed"}
     command = [sys.executable, __file__, "--build-and-intersect", *files, "--op", operation, "--runs", str(runs)]
     command += ["--write", str(out)] if out else []
+    command += ["--resolution", str(resolution)] if resolution else []
     try:
         run = subprocess.run([*command, "--only", peer], capture_output=True, text=True, timeout=timeout)
     except subprocess.TimeoutExpired:
@@ -286,7 +426,8 @@ def main():
     arguments.add_argument("--op", choices=OPERATIONS, default="intersection")
     arguments.add_argument("--runs", type=int, default=5, help="of each peer; medians are printed (default 5)")
     arguments.add_argument("--timeout", type=float, default=600, help="seconds for all runs of a peer (default 600)")
-    arguments.add_argument("--peers", default=",".join(PEERS), help=f"which, of {','.join(PEERS)}")
+    arguments.add_argument("--peers", help=f"which, of {','.join(PEERS)}; without --resolution not the last {len(VOXELS)}")
+    arguments.add_argument("--resolution", type=int, help="voxels along the longest side of both solids together")
     arguments.add_argument("--write", metavar="OUT.stl", type=Path, help="write the result too")
     arguments.add_argument("--json", metavar="FILE", help="for machines; - is stdout, with the table on stderr")
     arguments.add_argument("--only", choices=PEERS, help=argparse.SUPPRESS)
@@ -294,12 +435,17 @@ def main():
     files = [path.resolve() for path in given.build_and_intersect]
 
     if given.only:
-        print(json.dumps(measure(given.only, files, given.op, given.runs, given.write)))
+        print(json.dumps(measure(given.only, files, given.op, given.runs, given.write, given.resolution)))
         return
-    names = given.peers.split(",")
+    names = given.peers.split(",") if given.peers else [name for name in PEERS if given.resolution or name not in VOXELS]
     if not set(names) <= PEERS.keys():
         arguments.error(f"--peers: choose from {', '.join(PEERS)}")
-    rows = [measure_apart(name, files, given.op, given.runs, given.timeout, given.write) for name in names]
+    if set(names) & VOXELS.keys() and not given.resolution:
+        arguments.error(f"{', '.join(VOXELS)} need --resolution")
+    rows = [
+        measure_apart(name, files, given.op, given.runs, given.timeout, given.write, given.resolution)
+        for name in names
+    ]
     print_table(rows, sys.stderr if given.json == "-" else sys.stdout)
     if given.json:
         document = {

@@ -15,6 +15,7 @@ mod machine;
 mod metrics;
 mod minkowski;
 mod models;
+mod peers;
 mod process;
 mod rivals;
 mod sampling;
@@ -148,6 +149,8 @@ enum Benchmark {
     },
     /// Whole processes, from files to a file with the exact mesh of the intersection, beside manifold3d, trueform and MeshLib
     Meshes(Contest),
+    /// Time to a volume of 0.1 % and of 0.01 %, beside programs of meshes and of voxels, on six pairs
+    Peers(Contest),
     /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
     Minkowski {
         /// Only these pairs, by name, with commas between; a wrong name lists all
@@ -304,6 +307,7 @@ fn main() -> ExitCode {
         Benchmark::Exact(contest) => contest.run(exact::run),
         Benchmark::ExactProperties { a, b } => exact::properties([&a, &b]).map(|told| println!("{told}")),
         Benchmark::Meshes(contest) => contest.run(exact::run_meshes),
+        Benchmark::Peers(contest) => contest.run(peers::run),
         Benchmark::Minkowski { pairs, resolution, runs, adapter, python, peers, peer_timeout, json } => {
             let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), adapter, python, peers, peer_timeout };
             minkowski::run(&plan, json.as_deref())

@@ -54,13 +54,13 @@ const FLAGS: [&str; 7] = ["--estimate", "--axis", "z", "--resolution", "512", "-
 
 /// The cost of a process.
 #[derive(Clone, Debug, Serialize)]
-struct Run {
+pub struct Run {
     /// Time from its start to its end.
-    seconds: f64,
+    pub seconds: f64,
     /// Time of all processors together.
-    cpu_seconds: f64,
+    pub cpu_seconds: f64,
     /// Peak memory.
-    peak_memory_bytes: u64,
+    pub peak_memory_bytes: u64,
 }
 
 /// Medians of one program, in seconds; for a peer by step. Peak memory is that of one run or the maximum of all.
@@ -260,7 +260,7 @@ fn large_images(plan: &Plan, folder: &Path) -> Result<Vec<Value>, BenchError> {
 }
 
 /// Returns the JSON output of ldi-ops, from an untimed run: hashing the inputs for it costs time.
-fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
+pub fn told_by_own_json(mut command: Command) -> Result<Value, BenchError> {
     command.args(["--json", "-"]);
     let said = said_by(&mut command)?;
     let told = parse_json(Path::new("ldi-ops"), &said)?;
@@ -297,7 +297,7 @@ pub fn said_by(command: &mut Command) -> Result<String, BenchError> {
 
 /// Runs a program to its end, discards its output, and asks the system for its costs.
 #[cfg(unix)]
-fn timed(command: &mut Command) -> Result<Run, BenchError> {
+pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();
@@ -327,7 +327,7 @@ fn timed(command: &mut Command) -> Result<Run, BenchError> {
 
 /// Runs a program to its end and discards its output; memory and processor time are unknown.
 #[cfg(not(unix))]
-fn timed(command: &mut Command) -> Result<Run, BenchError> {
+pub fn timed(command: &mut Command) -> Result<Run, BenchError> {
     let program = command.get_program().to_string_lossy().into_owned();
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let start = Instant::now();

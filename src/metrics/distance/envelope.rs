@@ -81,9 +81,10 @@ fn hides(first: Parabola, middle: Parabola, at: f32, height: f32) -> bool {
 }
 
 /// Finds the nearest crossing of a row for each of its nodes. `number` is that of the row's first crossing.
-pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: &mut [Nearest]) {
+pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: (&mut [f32], &mut [u32])) {
     let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
-        row.fill(Nearest::NONE);
+        row.0.fill(f32::INFINITY);
+        row.1.fill(u32::MAX);
         return;
     };
     let (mut place, mut site, mut next) = (first, number, 1);
@@ -91,7 +92,7 @@ pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: &mut 
         (place, site, next) = (last - period, number + places.len() as u32 - 1, 0);
     }
     let beyond = period.map(|period| (first + period, number));
-    for (i, out) in row.iter_mut().enumerate() {
+    for (i, (squared, nearest)) in row.0.iter_mut().zip(row.1).enumerate() {
         let at = i as f32;
         loop {
             let candidate = match places.get(next) {
@@ -105,6 +106,6 @@ pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: &mut 
                 _ => break,
             }
         }
-        *out = Nearest { squared: (place - at) * (place - at), site };
+        (*squared, *nearest) = ((place - at) * (place - at), site);
     }
 }

@@ -19,11 +19,13 @@
 
 mod crossings;
 mod envelope;
+mod lines;
 
 use rayon::prelude::*;
 
 pub use crossings::Crossings;
-use envelope::{Envelope, Nearest, along};
+use envelope::{Nearest, along};
+use lines::{Block, LANES, Lines};
 
 use super::{BoundaryCondition, NodeSet};
 use crate::allocation::vec_with_room;
@@ -212,20 +214,17 @@ struct Transform<'a> {
     firsts: [u32; 2],
 }
 
-/// The buffers of a task: two planes, and the envelope of a row.
+/// The buffers of a task: two planes, one the transpose of the other, and some lines.
 struct Scratch {
-    rows: Vec<Nearest>,
-    columns: Vec<Nearest>,
-    envelope: Envelope,
+    rows: Lines,
+    columns: Lines,
+    block: Block,
 }
 
 impl Transform<'_> {
-    fn scratch(&self, length: usize) -> Scratch {
-        Scratch {
-            rows: vec![Nearest::NONE; length],
-            columns: vec![Nearest::NONE; length],
-            envelope: Envelope::default(),
-        }
+    fn scratch(&self) -> Scratch {
+        let plane = self.size[0] * self.size[1];
+        Scratch { rows: Lines::new(plane), columns: Lines::new(plane), block: Block::default() }
     }
 
     fn period(&self, axis: Axis) -> Option<f32> {
@@ -238,25 +237,23 @@ impl Transform<'_> {
         let plane = width * height;
         let planes = values.par_chunks_mut(plane).zip(sites.par_chunks_mut(plane)).enumerate();
         planes.for_each_init(
-            || self.scratch(plane),
-            |Scratch { rows, columns, envelope }, (z, (values, sites))| {
+            || self.scratch(),
+            |Scratch { rows, columns, block }, (z, (values, sites))| {
                 checkpoint();
-                for (x, column) in columns.chunks_exact_mut(height).enumerate() {
+                for x in 0..width {
                     let row = z * width + x;
                     let number = self.firsts[0] + self.crossings.first(Axis::Y, row);
-                    along(self.crossings.row(Axis::Y, row), number, self.period(Axis::Y), column);
+                    along(self.crossings.row(Axis::Y, row), number, self.period(Axis::Y), columns.part(x, height));
                 }
-                transpose(columns, height, rows);
-                rows.chunks_exact_mut(width).for_each(|row| envelope.lower(row, self.repeats));
-                let of_y = rows.iter().zip(&mut *values).zip(&mut *sites);
-                of_y.for_each(|((nearest, value), site)| (*value, *site) = (nearest.squared, nearest.site));
-                for (y, row) in rows.chunks_exact_mut(width).enumerate() {
-                    let number = self.crossings.first(Axis::X, z * height + y);
-                    along(self.crossings.row(Axis::X, z * height + y), number, self.period(Axis::X), row);
+                columns.lower(height, self.repeats, block);
+                transpose(&columns.squared, height, values);
+                transpose(&columns.sites, height, sites);
+                for y in 0..height {
+                    let row = z * height + y;
+                    let number = self.crossings.first(Axis::X, row);
+                    along(self.crossings.row(Axis::X, row), number, self.period(Axis::X), rows.part(y, width));
                 }
-                transpose(rows, width, columns);
-                columns.chunks_exact_mut(height).for_each(|column| envelope.lower(column, self.repeats));
-                transpose(columns, height, rows);
+                rows.lower(width, self.repeats, block);
                 least(rows, values, sites);
             },
         );
@@ -264,31 +261,19 @@ impl Transform<'_> {
 
     /// Replaces the values of planes by their lower envelopes along z.
     fn along_columns(&self, values: &mut [f32], sites: &mut [u32]) {
-        let [width, height, depth] = self.size;
+        let [width, height, _] = self.size;
         let walls = rows_by_wall(values, width, height).into_par_iter().zip(rows_by_wall(sites, width, height));
-        walls.for_each_init(
-            || self.scratch(BLOCK * depth),
-            |Scratch { rows: block, envelope, .. }, (mut values, mut sites)| {
-                for first in (0..width).step_by(BLOCK) {
-                    checkpoint();
-                    let columns = first..width.min(first + BLOCK);
-                    for (z, (values, sites)) in values.iter().zip(&sites).enumerate() {
-                        let found = values[columns.clone()].iter().zip(&sites[columns.clone()]);
-                        for (x, (&squared, &site)) in found.enumerate() {
-                            block[x * depth + z] = Nearest { squared, site };
-                        }
-                    }
-                    let used = &mut block[..columns.len() * depth];
-                    used.chunks_exact_mut(depth).for_each(|column| envelope.lower(column, self.repeats));
-                    for (z, (values, sites)) in values.iter_mut().zip(&mut sites).enumerate() {
-                        let found = values[columns.clone()].iter_mut().zip(&mut sites[columns.clone()]);
-                        for (x, (value, site)) in found.enumerate() {
-                            (*value, *site) = (block[x * depth + z].squared, block[x * depth + z].site);
-                        }
-                    }
-                }
-            },
-        );
+        walls.for_each_init(Block::default, |block, (mut values, mut sites)| {
+            for first in (0..width).step_by(LANES) {
+                checkpoint();
+                let some = first..width.min(first + LANES);
+                block.fill(values.iter().zip(&sites).map(|(v, s)| (&v[some.clone()], &s[some.clone()])));
+                block.lower(self.repeats, |z, squared, nearest| {
+                    values[z][some.clone()].copy_from_slice(&squared[..some.len()]);
+                    sites[z][some.clone()].copy_from_slice(&nearest[..some.len()]);
+                });
+            }
+        });
     }
 
     /// Adds the crossings of rows along z, and takes the roots.
@@ -297,19 +282,23 @@ impl Transform<'_> {
         let plane = width * height;
         let slabs = values.par_chunks_mut(PLANES * plane).zip(sites.par_chunks_mut(PLANES * plane)).enumerate();
         slabs.for_each_init(
-            || (self.scratch(plane), vec![0; plane]),
-            |(Scratch { rows, columns, envelope }, cursors), (slab, (values, sites))| {
+            || (self.scratch(), vec![0; plane]),
+            |(Scratch { rows, columns, block }, cursors), (slab, (values, sites))| {
                 cursors.fill(UNKNOWN);
                 let planes = values.chunks_mut(plane).zip(sites.chunks_mut(plane));
                 for (z, (values, sites)) in (slab * PLANES..).zip(planes) {
                     checkpoint();
-                    for (column, (cursor, nearest)) in cursors.iter_mut().zip(&mut *rows).enumerate() {
-                        *nearest = self.nearest_of_column(column, z as f32, cursor);
+                    let nearest = rows.squared.iter_mut().zip(&mut rows.sites);
+                    for (column, (cursor, (squared, site))) in cursors.iter_mut().zip(nearest).enumerate() {
+                        let nearest = self.nearest_of_column(column, z as f32, cursor);
+                        (*squared, *site) = (nearest.squared, nearest.site);
                     }
-                    rows.chunks_exact_mut(width).for_each(|row| envelope.lower(row, self.repeats));
-                    transpose(rows, width, columns);
-                    columns.chunks_exact_mut(height).for_each(|column| envelope.lower(column, self.repeats));
-                    transpose(columns, height, rows);
+                    transpose(&rows.squared, width, &mut columns.squared);
+                    transpose(&rows.sites, width, &mut columns.sites);
+                    columns.lower(height, self.repeats, block);
+                    transpose(&columns.squared, height, &mut rows.squared);
+                    transpose(&columns.sites, height, &mut rows.sites);
+                    rows.lower(width, self.repeats, block);
                     least(rows, values, sites);
                     values.iter_mut().for_each(|value| *value = value.sqrt());
                 }
@@ -361,16 +350,17 @@ fn rows_by_wall<T>(array: &mut [T], width: usize, height: usize) -> Vec<Vec<&mut
 const UNKNOWN: u32 = u32::MAX;
 
 /// Keeps the lesser of the present and the new value.
-fn least(found: &[Nearest], values: &mut [f32], sites: &mut [u32]) {
-    for ((nearest, value), site) in found.iter().zip(values).zip(sites) {
-        let is_less = nearest.squared < *value;
-        *value = if is_less { nearest.squared } else { *value };
-        *site = if is_less { nearest.site } else { *site };
+fn least(found: &Lines, values: &mut [f32], sites: &mut [u32]) {
+    let found = found.squared.iter().zip(&found.sites);
+    for (((&squared, &nearest), value), site) in found.zip(values).zip(sites) {
+        let is_less = squared < *value;
+        *value = if is_less { squared } else { *value };
+        *site = if is_less { nearest } else { *site };
     }
 }
 
 /// Transposes rows of `width`: `to[x · height + y]` is `from[y · width + x]`.
-fn transpose(from: &[Nearest], width: usize, to: &mut [Nearest]) {
+fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
     let height = from.len() / width;
     for first in (0..width).step_by(BLOCK) {
         let last = width.min(first + BLOCK);
