@@ -44,7 +44,7 @@ const RESOLUTIONS: [u32; 12] = [32, 45, 64, 91, 128, 181, 256, 362, 512, 724, 10
 const IN_A_ROW: usize = 3;
 
 /// Seconds after which a peer is given up.
-const LIMIT: u32 = 60;
+const LIMIT: u32 = 20;
 
 /// A program with settings that reach an accuracy.
 #[derive(Serialize)]
@@ -87,7 +87,8 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     println!(
         "ldi-ops: whole processes from files to the volume. Peers: steps within one process that has imported all it needs, \
          reading included; memory is that of the whole process. `--resolution` of ldi-ops is the coarsest of {RESOLUTIONS:?} \
-         that reaches the accuracy together with the next two; of a peer the first that does, within {LIMIT} s.\n"
+         that reaches the accuracy together with the next two; of a peer the first that does, within {LIMIT} s. Peers \
+         are timed without what they do before their steps, such as asking for the boxes.\n"
     );
     let machine = Machine::ask();
     println!("{}", machine.describe());
@@ -106,10 +107,16 @@ impl Pair<'_> {
         let exact = ["--exact".to_owned()];
         let volume = self.own_volume(&exact)?;
         let mut competitors = vec![Competitor::own("exact", &exact, 0.0)];
-        for tolerance in TOLERANCES {
-            competitors.extend(self.own_raster(volume, tolerance)?);
-        }
         let mut absent = Vec::new();
+        for tolerance in TOLERANCES {
+            match self.own_raster(volume, tolerance)? {
+                Some(competitor) => competitors.push(competitor),
+                None => absent.push(Absent {
+                    program: format!("ldi-ops: {} %", 100.0 * tolerance),
+                    reason: format!("not reached by {IN_A_ROW} resolutions in a row"),
+                }),
+            }
+        }
         for peer in OF_MESHES {
             let label = peer.to_owned();
             match self.peer(peer, None)? {
@@ -121,16 +128,21 @@ impl Pair<'_> {
             self.of_voxels(peer, volume, &mut competitors, &mut absent)?;
         }
         for _ in 0..self.plan.runs {
-            for competitor in &mut competitors {
+            let mut remaining = Vec::new();
+            for mut competitor in competitors {
                 let run = match competitor.peer {
-                    None => timed(&mut self.own(&competitor.flags))?,
-                    Some(peer) => match self.peer(peer, competitor.resolution)? {
-                        Ok((run, _)) => run,
-                        Err(said) => return Err(BenchError::Program { program: peer.to_owned(), said }),
-                    },
+                    None => Ok(timed(&mut self.own(&competitor.flags))?),
+                    Some(peer) => self.peer(peer, competitor.resolution)?.map(|(run, _)| run),
                 };
-                competitor.runs.push(run);
+                match run {
+                    Ok(run) => {
+                        competitor.runs.push(run);
+                        remaining.push(competitor);
+                    }
+                    Err(reason) => absent.push(Absent { program: competitor.program, reason }),
+                }
             }
+            competitors = remaining;
         }
         Ok((volume, competitors, absent))
     }
@@ -142,7 +154,7 @@ impl Pair<'_> {
     }
 
     fn own_volume(&self, flags: &[String]) -> Result<f64, BenchError> {
-        Ok(number_at(&told_by_own_json(self.own(flags))?, "/volume/value"))
+        positive("ldi-ops", number_at(&told_by_own_json(self.own(flags))?, "/volume/value"))
     }
 
     /// Returns ldi-ops with the fastest raster, along z or along all axes, that reaches a tolerance; `None` if none does.
@@ -233,11 +245,11 @@ impl Pair<'_> {
             return Ok(Err(reason.to_owned()));
         }
         let run = Run {
-            seconds: number_at(answer, "/seconds/total"),
+            seconds: positive(peer, number_at(answer, "/seconds/total"))?,
             cpu_seconds: number_at(answer, "/cpu_seconds"),
             peak_memory_bytes: number_at(answer, "/peak_memory_bytes") as u64,
         };
-        Ok(Ok((run, number_at(answer, "/volume"))))
+        Ok(Ok((run, positive(peer, number_at(answer, "/volume"))?)))
     }
 }
 
@@ -289,6 +301,14 @@ fn table(competitors: &[Competitor], absent: &[Absent]) -> Table {
         table.row(row);
     }
     table
+}
+
+/// Returns a number that a program has to state.
+fn positive(program: &str, number: f64) -> Result<f64, BenchError> {
+    match number > 0.0 {
+        true => Ok(number),
+        false => Err(BenchError::Program { program: program.to_owned(), said: format!("stated {number}") }),
+    }
 }
 
 /// Returns an error as text.

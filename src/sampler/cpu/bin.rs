@@ -35,14 +35,14 @@ impl View<'_> {
     /// Lists the triangles of a run whose boxes have rays in them.
     fn list_run(&self, run: Range<usize>, lists: &mut Lists) {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && self.solid.positions().len() <= super::gather::MOST {
-            // SAFETY: the processor has AVX2.
+        if super::raster::has_lanes() && self.solid.positions().len() <= super::gather::MOST {
+            // SAFETY: the processor has the features that the function is compiled for.
             return unsafe { super::gather::list_run(self, run, lists) };
         }
         self.list_run_alone(run, lists);
     }
 
-    /// Does the same one triangle after another.
+    /// Lists the triangles of a run one after another.
     fn list_run_alone(&self, run: Range<usize>, lists: &mut Lists) {
         for triangle in run {
             let corners = self.see(triangle as u32);
@@ -291,7 +291,7 @@ mod tests {
         let mut random = Random::new(18);
         let (mut listed_near, mut listed_wide) = (0, 0);
         for case in 0..60 {
-            let grid = Grid::from_parts(DVec3::ZERO, 1.0, [40, 24, 33], [2, 9, 20][case % 3], 1024).unwrap();
+            let grid = Grid::from_parts(DVec3::ZERO, 1.0, [40, 24, 33], [2, 9, 20, 24][case % 4], 1024).unwrap();
             let size = [0, 1, 2].map(|axis| grid.length(axis));
             // Few vertices make faces of any size; duplicates make some of one point.
             let positions: Vec<[i32; 3]> = (0..4 + random.below(30))

@@ -39,7 +39,7 @@ pub fn list_run(view: &View, run: Range<usize>, lists: &mut Lists) {
             _mm256_add_epi32(_mm256_add_epi32(vertices, vertices), vertices)
         });
         let gather = |axis: usize| {
-            // SAFETY: three times a vertex, which is one of the solid's, and an axis is a place among the positions.
+            // SAFETY: places are three times a vertex that is at most the last; with an axis added they are within positions.
             places.map(|places| unsafe { _mm256_i32gather_epi32::<4>(positions.as_ptr().add(axis), places) })
         };
         let (columns, rows) = (gather(view.axis.column()), gather(view.axis.row()));

@@ -1,7 +1,7 @@
 //! Coverage and depth of eight small triangles side by side, in vector instructions (AVX2).
 //!
 //! The results are those of [`EdgeWalk`](crate::fixed::EdgeWalk) and [`DepthPlane`], bit for bit: fixed point serves
-//! where its error bound proves it right. Coverage is by masks, as in the seed: a strip of 8 × 8 rays has a bit for each
+//! where its error bound proves it right. Coverage is by masks, as Leung and Wang find it: a strip of 8 × 8 rays has a bit for each
 //! ray, and the XOR over the edges of the rays that are not left of them is what the triangle covers.
 //!
 //! Columns are 32-bit and depths 64-bit fixed point, modulo powers of two: sums may overflow, as long as the result does
@@ -34,7 +34,7 @@ const STEEPEST: i32 = 20;
 const COLUMN_BITS: i32 = 26;
 
 /// Distance from a ray, in units of the last fraction bit, up to which integers decide. Eight roundings of half a unit
-/// enter a column; those of `f64`, fewer than 20 of 2^-53 of terms below 2^24 columns, are below two units together.
+/// enter a column; those of `f64`, fewer than 20 of 2^-53 of terms below 2^23 columns, are below two units together.
 const COLUMN_DOUBT: i32 = 6;
 
 /// Fraction bits of a depth.
@@ -194,17 +194,17 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
 
     let mut left = 0;
     while left < widest {
-        let [upper, lower] = strip(&edges, height, highest, left, &mut left_out);
-        let strip = _mm256_add_epi32(column, all(left));
+        let halves = strip(&edges, height, highest, left, &mut left_out);
+        let first_of_strip = _mm256_add_epi32(column, all(left));
         let from = |column: i32| {
-            let within = _mm256_max_epi32(minus(all(column), strip), all(0));
+            let within = _mm256_max_epi32(minus(all(column), first_of_strip), all(0));
             _mm256_sllv_epi32(all(0xFF), _mm256_min_epi32(within, all(SIDE)))
         };
         let in_clip = _mm256_andnot_si256(from(clip.columns.end), from(clip.columns.start));
         let in_clip = _mm256_mullo_epi32(_mm256_and_si256(in_clip, all(0xFF)), all(0x0101_0101));
         let counts = _mm256_andnot_si256(left_out, in_clip);
-        let (upper, lower) = (_mm256_and_si256(upper, counts), _mm256_and_si256(lower, counts));
-        let (p, q) = (_mm256_unpacklo_epi32(upper, lower), _mm256_unpackhi_epi32(upper, lower));
+        let [p, q] = halves.map(|half| _mm256_and_si256(half, counts));
+        let (p, q) = (_mm256_unpacklo_epi32(p, q), _mm256_unpackhi_epi32(p, q));
         let masks = [_mm256_permute2x128_si256::<0x20>(p, q), _mm256_permute2x128_si256::<0x31>(p, q)];
         let masks: [u64; LANES] = cast(masks);
 
@@ -214,7 +214,7 @@ pub fn cover<H: Hit>(lanes: &Lanes, clip: &Clip, places: &mut Places, mut put: i
             let mut rays = mask.count_ones() as usize;
             // Four without a branch: most lanes have no more.
             loop {
-                let room = places.covered[count..].first_chunk_mut::<4>().expect("there is room for all rays and four");
+                let room = places.covered[count..].first_chunk_mut::<4>().expect("there is room for all rays and more");
                 for place in room {
                     *place = (l as u16) << 6 | (mask.trailing_zeros() as u16 & 63);
                     mask &= mask.wrapping_sub(1);
@@ -310,6 +310,6 @@ fn greatest(x: __m256i) -> i32 {
 #[cold]
 fn decide(plane: &mut Option<DepthPlane>, lanes: &Lanes, lane: usize, clip: &Clip, ray: u32) -> Crossing {
     let plane = plane.get_or_insert_with(|| DepthPlane::new(&lanes.of(lane), clip.axis));
-    let (column, row) = (ray as i32 % clip.width, ray as i32 / clip.width + clip.first_row);
-    plane.crossing(clip.pixels.ray(column), clip.pixels.ray(row))
+    let (column, row) = (ray % clip.width as u32, ray / clip.width as u32);
+    plane.crossing(clip.pixels.ray(column as i32), clip.pixels.ray(row as i32 + clip.first_row))
 }

@@ -1,10 +1,10 @@
 //! The CPU sampler: rayon over bands of rows.
 //!
 //! Stages, each a module: `bin` (triangles by band) → `raster` (the one geometry pass: crossings by ray) → `exact`, or
-//! `masks` → `classify` → `retrieve` ray by ray; `windings` accumulates the winding sums in either case. On processors
-//! with AVX2 `gather` sees eight triangles at a time, `lanes` finds the crossings of eight small ones, and `network` sorts
-//! those of a ray. The masks of one ray stay in the L1 cache, and the retrieval reads the
-//! crossings that the geometry pass left instead of rasterising again.
+//! `masks` → `classify` → `retrieve` ray by ray; `windings` accumulates the winding sums in either case. The masks of one
+//! ray stay in the L1 cache, and the retrieval reads the crossings that the geometry pass left instead of rasterising again.
+//! On processors with AVX2 `gather` sees eight triangles at a time, `lanes` finds the crossings of eight small ones, and
+//! `network` sorts those of a ray.
 
 mod bin;
 mod classify;

@@ -12,8 +12,8 @@ const WIDTH: usize = 8;
 /// Sorts at most [`MOST`] integers.
 #[target_feature(enable = "avx2")]
 pub fn sort(keys: &mut [u32]) {
+    assert!(keys.len() <= MOST);
     let (count, keys) = (keys.len() as i32, keys.as_mut_ptr().cast::<i32>());
-    assert!(count <= MOST as i32);
     let place = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     let is_key = _mm256_cmpgt_epi32(_mm256_set1_epi32(count), place);
     // Places behind the integers hold the greatest there is, and keep it.

@@ -1,12 +1,12 @@
-//! What other processors have instead of `lanes`: nothing, for they cover one triangle after another.
+//! Stands in for `lanes` on processors that cover one triangle after another.
 
 use super::raster::Clip;
 
-/// Nothing.
+/// Needs no room.
 pub struct Places;
 
 impl Places {
-    /// Returns nothing.
+    /// Returns the places of an image.
     pub fn new(_: &Clip) -> Places {
         Places
     }

@@ -177,9 +177,9 @@ fn way_to_cover_lanes<H: Hit>() -> CoverLanes<H> {
     |_, _, _, _| (1 << LANES) - 1
 }
 
-/// Returns whether this processor covers lanes side by side.
+/// Returns whether this processor works on lanes side by side.
 #[cfg(target_arch = "x86_64")]
-fn has_lanes() -> bool {
+pub fn has_lanes() -> bool {
     is_x86_feature_detected!("avx2")
         && is_x86_feature_detected!("fma")
         && is_x86_feature_detected!("bmi1")
@@ -188,7 +188,7 @@ fn has_lanes() -> bool {
         && is_x86_feature_detected!("lzcnt")
 }
 
-/// Returns whether this processor covers lanes side by side.
+/// Returns whether this processor works on lanes side by side.
 #[cfg(all(test, not(target_arch = "x86_64")))]
 fn has_lanes() -> bool {
     false
