@@ -5,6 +5,7 @@
 
 #![expect(clippy::print_stdout, reason = "tables on stdout, as each is done, are what this program is for")]
 
+mod boolean_runner;
 mod clash;
 mod clock;
 mod exact;
@@ -114,7 +115,7 @@ struct Contest {
 }
 
 impl Contest {
-    fn run(self, contest: fn(&process::Plan, Option<&Path>) -> Result<(), BenchError>) -> Result<(), BenchError> {
+    fn run(self, contest: impl Fn(&process::Plan, Option<&Path>) -> Result<(), BenchError>) -> Result<(), BenchError> {
         let Contest { ldi_ops, python, peers, runs, peer_runs, json } = self;
         let plan = process::Plan { ldi_ops, python, peers, runs: runs.max(1), peer_runs: peer_runs.max(1) };
         contest(&plan, json.as_deref())
@@ -150,7 +151,13 @@ enum Benchmark {
     /// Whole processes, from files to a file with the exact mesh of the intersection, beside manifold3d, trueform and MeshLib
     Meshes(Contest),
     /// Time to a volume of 0.1 % and of 0.01 %, beside programs of meshes and of voxels, on six pairs
-    Peers(Contest),
+    Peers {
+        /// Only the pairs of which one file has one of these names, with commas between
+        #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+        only: Vec<String>,
+        #[command(flatten)]
+        contest: Contest,
+    },
     /// Minkowski sums by stages, on pairs like those of Leung and Wang, beside manifold3d
     Minkowski {
         /// Only these pairs, by name, with commas between; a wrong name lists all
@@ -260,6 +267,21 @@ enum Benchmark {
         #[arg(long)]
         threads: Option<usize>,
     },
+    /// The Booleans of a request of the open Boolean benchmark (solidean/boolean-benchmark-runners)
+    BooleanRunner {
+        /// The request, as JSON
+        #[arg(long, value_name = "FILE")]
+        request: PathBuf,
+        /// Where the result is written, as JSON
+        #[arg(long, value_name = "FILE")]
+        result: PathBuf,
+        /// Rays along the longest side where a mesh is made from images
+        #[arg(long, default_value_t = 512)]
+        rays: u32,
+        /// Make every mesh from images, also where there is an exact one
+        #[arg(long)]
+        sampled: bool,
+    },
     /// The tables of Leung and Wang on the CPU, beside earlier methods and what those lose
     #[command(after_help = "Examples:
   ldi-bench tables --quick                    smaller solids and rasters: a minute
@@ -307,7 +329,7 @@ fn main() -> ExitCode {
         Benchmark::Exact(contest) => contest.run(exact::run),
         Benchmark::ExactProperties { a, b } => exact::properties([&a, &b]).map(|told| println!("{told}")),
         Benchmark::Meshes(contest) => contest.run(exact::run_meshes),
-        Benchmark::Peers(contest) => contest.run(peers::run),
+        Benchmark::Peers { only, contest } => contest.run(|plan, json| peers::run(plan, &only, json)),
         Benchmark::Minkowski { pairs, resolution, runs, adapter, python, peers, peer_timeout, json } => {
             let plan = minkowski::Plan { pairs, resolution, runs: runs.max(1), adapter, python, peers, peer_timeout };
             minkowski::run(&plan, json.as_deref())
@@ -327,6 +349,9 @@ fn main() -> ExitCode {
             let measures = if only.is_empty() { metrics::Measure::ALL.to_vec() } else { only };
             metrics::run(&metrics::Plan { arrays, balls, measures, rounds, maps, threads })
                 .map(|told| println!("{told}"))
+        }
+        Benchmark::BooleanRunner { request, result, rays, sampled } => {
+            boolean_runner::run(boolean_runner::Plan { rays, sampled }, &request, &result)
         }
         Benchmark::Tables { quick, runs, json, svg } => {
             let plan = if quick { tables::Plan::quick } else { tables::Plan::full };

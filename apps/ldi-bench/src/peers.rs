@@ -71,13 +71,20 @@ struct Absent {
     reason: String,
 }
 
-/// Runs the benchmark and prints the tables.
-pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
+/// Runs the benchmark, on the pairs that have a file of one of the names if there are any, and prints the tables.
+pub fn run(plan: &Plan, only: &[String], json: Option<&Path>) -> Result<(), BenchError> {
+    let is_wanted =
+        |files: &[&str; 2]| only.is_empty() || files.iter().any(|file| only.iter().any(|name| name == file));
+    let wanted: Vec<_> = PAIRS.into_iter().filter(|(_, files)| is_wanted(files)).collect();
+    if wanted.is_empty() {
+        let names: Vec<String> = PAIRS.iter().map(|(_, files)| files.join(" and ")).collect();
+        return Err(BenchError::model(&only.join(", "), format!("no such file; the pairs are {}", names.join(", "))));
+    }
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "exact-models")?;
     println!("### Time to a volume of a given accuracy\n\n`ldi-bench peers --runs {}`\n", plan.runs);
     let mut pairs = Vec::new();
-    for (title, [a, b]) in PAIRS {
+    for (title, [a, b]) in wanted {
         let pair = Pair { plan, files: [a, b].map(|name| models::file(folder.path(), name)) };
         let (volume, competitors, absent) = pair.compete()?;
         println!("#### {title}\n\n{}", table(&competitors, &absent).markdown());

@@ -72,6 +72,7 @@ struct Case {
 #[derive(Serialize)]
 struct Growth {
     size: u64,
+    triangles: u64,
     crossings: u64,
     seconds: Times,
 }
@@ -255,12 +256,12 @@ fn growth_in_triangles(plan: &Plan, pool: &ThreadPool) -> Result<Vec<Growth>, Be
         let mesh = models::closed("gyroid", models::thick_gyroid(fineness)?)?;
         growth(plan, pool, &mesh, plan.resolution, |triangles, _| triangles)
     };
-    [8, 12, 16, 20, 26, 32, 40].into_iter().map(point).collect()
+    [4, 8, 16, 26, 40, 64, 94].into_iter().map(point).collect()
 }
 
 fn growth_in_rays(plan: &Plan, gyroid: &NamedSolid, pool: &ThreadPool) -> Result<Vec<Growth>, BenchError> {
     let point = |resolution: u32| growth(plan, pool, &gyroid.mesh, resolution, |_, rays| rays);
-    [128, 256, 512, 1024, 2048].into_iter().map(point).collect()
+    [128, 256, 512, 1024, 2048, 4096].into_iter().map(point).collect()
 }
 
 fn growth(
@@ -275,11 +276,13 @@ fn growth(
     let (rays, crossings) = (u64::from(image.rays()), image.depths().len() as u64);
     drop(image);
     let seconds = pool.install(|| median_times(plan.runs, || WAYS[0].sample(&solid, Axis::Z)));
-    Ok(Growth { size: size(mesh.mesh().triangles.len() as u64, rays), crossings, seconds })
+    let triangles = mesh.mesh().triangles.len() as u64;
+    Ok(Growth { size: size(triangles, rays), triangles, crossings, seconds })
 }
 
 fn print_growth(what: &str, title: &str, growth: &[Growth]) {
-    let mut table = Table::new(&[what, "crossings", "wall ms", "CPU ms", "exponent since the row above"]);
+    let each = "ns per triangle + crossing";
+    let mut table = Table::new(&[what, "crossings", "wall ms", "CPU ms", each, "exponent since the row above"]);
     let point = |g: &Growth| (g.size as f64, g.seconds.cpu);
     for (i, g) in growth.iter().enumerate() {
         let slope = i.checked_sub(1).map_or(f64::NAN, |before| exponent(&[point(&growth[before]), point(g)]));
@@ -288,6 +291,7 @@ fn print_growth(what: &str, title: &str, growth: &[Growth]) {
             count(g.crossings),
             number(1e3 * g.seconds.wall),
             number(1e3 * g.seconds.cpu),
+            number(1e9 * g.seconds.cpu / (g.triangles + g.crossings) as f64),
             number(slope),
         ]);
     }
