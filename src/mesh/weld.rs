@@ -4,51 +4,110 @@
 //! readers go by indices need them welded. Coordinates are compared exactly: any tolerance would close some gap that is
 //! intended.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriangleMesh;
 use super::hash::position_hash;
+use crate::allocation::zeroed;
 use crate::cancel::checkpoint;
+
+/// Number of positions that one task looks up.
+const CHUNK: usize = 8192;
+
+/// Number of positions whose first slots are loaded together.
+const BLOCK: usize = 64;
+
+/// The mark of an empty slot, and the slot of a position that equals nothing.
+const FREE: u32 = 0;
+const NONE: u32 = u32::MAX;
 
 /// The positions of a mesh that stay when those with the same coordinates are one: the first of each.
 #[derive(Debug)]
-pub(super) struct Weld {
+pub(crate) struct Weld {
     /// The indices of the positions that stay, in ascending order.
-    pub(super) kept: Vec<u32>,
+    pub(crate) kept: Vec<u32>,
     /// For each position, its index among those that stay.
-    pub(super) new_index: Vec<u32>,
+    pub(crate) new_index: Vec<u32>,
 }
 
 impl Weld {
     /// Finds equal positions by their hashes. 0 and −0 are the same; NaNs equal nothing.
-    pub(super) fn of(positions: &[DVec3]) -> Weld {
-        const FREE: u32 = u32::MAX;
-        let hashes: Vec<u64> = positions.par_iter().map(|&p| position_hash(p)[0]).collect();
-        let mut table = vec![FREE; (2 * positions.len()).next_power_of_two()];
-        let mask = table.len() - 1;
-        let mut kept: Vec<u32> = Vec::new();
-        let mut new_index = Vec::with_capacity(positions.len());
-        for (index, position) in positions.iter().enumerate() {
-            if index % 4096 == 0 {
-                checkpoint();
-            }
-            if position.is_nan() {
-                new_index.push(kept.len() as u32);
-                kept.push(index as u32);
-                continue;
-            }
-            let mut slot = hashes[index] as usize & mask;
-            while table[slot] != FREE && positions[kept[table[slot] as usize] as usize] != *position {
-                slot = (slot + 1) & mask;
-            }
-            if table[slot] == FREE {
-                table[slot] = kept.len() as u32;
+    pub(crate) fn of(positions: &[DVec3]) -> Weld {
+        let Table { entries, slots: mut new_index } = Table::of(positions);
+        let first = |(index, slot): (usize, &mut u32)| {
+            *slot = if *slot == NONE { index as u32 } else { !entries[*slot as usize].load(Ordering::Relaxed) };
+        };
+        new_index.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(first);
+        drop(entries);
+        let mut kept = Vec::with_capacity(positions.len());
+        for index in 0..positions.len() {
+            // The first position of a set comes before the others, so that its new index is known.
+            let first = new_index[index] as usize;
+            new_index[index] = if first == index { kept.len() as u32 } else { new_index[first] };
+            if first == index {
                 kept.push(index as u32);
             }
-            new_index.push(table[slot]);
         }
         Weld { kept, new_index }
+    }
+}
+
+/// A hash table of positions that all threads fill at once: a slot holds the complement of the least index of its position, so
+/// that the order of insertions does not matter.
+struct Table {
+    entries: Vec<AtomicU32>,
+    /// The slot of each position.
+    slots: Vec<u32>,
+}
+
+impl Table {
+    fn of(positions: &[DVec3]) -> Table {
+        let entries: Vec<AtomicU32> = zeroed((2 * positions.len()).next_power_of_two());
+        let mut slots: Vec<u32> = zeroed(positions.len());
+        slots.par_chunks_mut(BLOCK).zip(positions.par_chunks(BLOCK)).enumerate().with_min_len(CHUNK / BLOCK).for_each(
+            |(block, (slots, positions_of_block))| {
+                checkpoint();
+                let mask = entries.len() - 1;
+                let mut found = [FREE; BLOCK];
+                // Insertions wait for one another, and loads do not: so the entries are brought into the cache first.
+                for ((slot, found), position) in slots.iter_mut().zip(&mut found).zip(positions_of_block) {
+                    *slot = (position_hash(*position)[0] as usize & mask) as u32;
+                    *found = entries[*slot as usize].load(Ordering::Relaxed);
+                }
+                for ((slot, found), index) in slots.iter_mut().zip(found).zip((block * BLOCK) as u32..) {
+                    *slot = insert(&entries, positions, index, (*slot, found));
+                }
+            },
+        );
+        Table { entries, slots }
+    }
+}
+
+/// Returns the slot of a position, in which its index is noted, given the first slot by its hash and what that held.
+#[inline]
+fn insert(entries: &[AtomicU32], positions: &[DVec3], index: u32, (first, found): (u32, u32)) -> u32 {
+    let position = positions[index as usize];
+    if position.is_nan() {
+        return NONE;
+    }
+    let mask = entries.len() - 1;
+    let (mut slot, mut found) = (first as usize, found);
+    loop {
+        if found == FREE {
+            match entries[slot].compare_exchange(FREE, !index, Ordering::Relaxed, Ordering::Relaxed) {
+                Ok(_) => return slot as u32,
+                Err(other) => found = other,
+            }
+        }
+        if positions[!found as usize] == position {
+            entries[slot].fetch_max(!index, Ordering::Relaxed);
+            return slot as u32;
+        }
+        slot = (slot + 1) & mask;
+        found = entries[slot].load(Ordering::Relaxed);
     }
 }
 
@@ -60,8 +119,9 @@ impl TriangleMesh {
         if kept.len() == self.positions.len() {
             return None;
         }
-        self.positions = kept.iter().map(|&index| self.positions[index as usize]).collect();
-        self.triangles.as_flattened_mut().iter_mut().for_each(|index| *index = new_index[*index as usize]);
+        self.positions = kept.par_iter().map(|&index| self.positions[index as usize]).collect();
+        let renumber = |triangle: &mut [u32; 3]| *triangle = triangle.map(|index| new_index[index as usize]);
+        self.triangles.par_iter_mut().for_each(renumber);
         Some(kept)
     }
 }
