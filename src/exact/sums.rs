@@ -10,7 +10,7 @@ use super::signs::Located;
 use crate::cancel::checkpoint;
 use crate::mesh::MassProperties;
 use crate::mesh::mass::{TERMS, terms};
-use crate::mesh::measure::Sum;
+use crate::mesh::measure::{self, Sum};
 
 /// Number of faces or segments that one task sums. It decides the order of additions.
 const CHUNK: usize = 4096;
@@ -18,7 +18,7 @@ const CHUNK: usize = 4096;
 /// The sums of the weighted triangles.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sums {
-    sums: [Sum; TERMS],
+    sums: measure::Sums<TERMS>,
     /// The change of the volume while all crossings move by their rounding.
     moved: Sum,
 }
@@ -78,7 +78,7 @@ impl Sums {
         terms[..10].iter_mut().for_each(|term| *term *= volume);
         terms[10] = area * normal.dot((p - o).cross(q - o));
         terms[11] = volume.abs() * size;
-        self.sums.iter_mut().zip(terms).for_each(|(sum, term)| sum.add(term));
+        self.sums.add(terms);
         // The chain is closed, so a corner that moves by δ changes the volume by at most δ / 6 times the product of the two
         // sides at that corner, in each triangle.
         let moved = piece[0].error * (p - o).length() + piece[1].error * (q - o).length();
@@ -86,14 +86,14 @@ impl Sums {
     }
 
     fn join(mut self, other: Sums) -> Sums {
-        self.sums.iter_mut().zip(other.sums).for_each(|(sum, other)| sum.join(other));
+        self.sums.join(other.sums);
         self.moved.join(other.moved);
         self
     }
 
     pub fn mass_properties(&self, lattice: &Lattice, displaced: f64) -> MassProperties {
         let frame = lattice.frame();
-        let mut found = MassProperties::from_sums(self.sums.map(Sum::total), &frame, 3f64.sqrt());
+        let mut found = MassProperties::from_sums(self.sums.totals(), &frame, 3f64.sqrt());
         let (unit, step) = (frame.unit(), lattice.step);
         found.volume_rounding += self.moved.total() * unit * unit * unit + displaced * step * step * step;
         found

@@ -79,26 +79,18 @@ impl TriangleMesh {
 
     /// Sums several terms at once.
     pub(super) fn sums<const N: usize>(&self, terms: impl Fn([DVec3; 3]) -> [f64; N] + Sync) -> [f64; N] {
-        let totals: Vec<[Sum; N]> = self
+        let totals: Vec<Sums<N>> = self
             .triangles
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut sums = [Sum::default(); N];
-                for corners in chunk.iter().filter_map(|triangle| self.corners(triangle)) {
-                    for (sum, term) in sums.iter_mut().zip(terms(corners)) {
-                        sum.add(term);
-                    }
-                }
+                let mut sums = Sums::default();
+                chunk.iter().filter_map(|triangle| self.corners(triangle)).for_each(|corners| sums.add(terms(corners)));
                 sums
             })
             .collect();
-        let mut total = [Sum::default(); N];
-        for part in totals {
-            for (total, part) in total.iter_mut().zip(part) {
-                total.join(part);
-            }
-        }
-        total.map(Sum::total)
+        let mut total = Sums::default();
+        totals.into_iter().for_each(|part| total.join(part));
+        total.totals()
     }
 
     fn frame(&self) -> Frame {
@@ -174,6 +166,45 @@ impl Sum {
         let kept = value - self.value;
         self.lost += (self.value - (value - kept)) + (term - kept);
         self.value = value;
+    }
+}
+
+/// Several running sums, side by side, so that several are added by one instruction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sums<const N: usize> {
+    values: [f64; N],
+    lost: [f64; N],
+}
+
+impl<const N: usize> Default for Sums<N> {
+    fn default() -> Self {
+        Sums { values: [0.0; N], lost: [0.0; N] }
+    }
+}
+
+impl<const N: usize> Sums<N> {
+    /// Adds a term to each, as [`Sum::add`] does.
+    #[inline]
+    pub(crate) fn add(&mut self, terms: [f64; N]) {
+        let Sums { values, lost } = self;
+        let former = *values;
+        for i in 0..N {
+            let value = former[i] + terms[i];
+            let kept = value - former[i];
+            lost[i] += (former[i] - (value - kept)) + (terms[i] - kept);
+            values[i] = value;
+        }
+    }
+
+    /// Adds the terms of other sums.
+    pub(crate) fn join(&mut self, other: Sums<N>) {
+        self.add(other.values);
+        self.add(other.lost);
+    }
+
+    /// Returns the sums.
+    pub(crate) fn totals(self) -> [f64; N] {
+        std::array::from_fn(|i| self.values[i] + self.lost[i])
     }
 }
 
