@@ -20,6 +20,8 @@ pub(super) struct Crossing {
 /// All crossings, by edge and along it.
 pub(super) struct Crossings {
     list: Vec<Crossing>,
+    /// For each point, the place of the first crossing of edges that have it as their lower point or come later; and the end.
+    starts: Vec<u32>,
     positions: Vec<Located>,
     /// The places in the list of the start and the end of each segment.
     ends: Vec<[u32; 2]>,
@@ -91,7 +93,14 @@ impl Crossings {
         let position =
             |crossing: &Crossing| bodies.plane(crossing.face).crossing(bodies.ends(crossing.edge).each_ref());
         let positions = list.par_iter().map(position).collect();
-        Crossings { list, positions, ends, is_crossed }
+        let mut starts = vec![0; bodies.points.len() + 1];
+        list.iter().for_each(|crossing| starts[crossing.edge[0] as usize + 1] += 1);
+        let mut end = 0;
+        starts.iter_mut().for_each(|start| {
+            end += *start;
+            *start = end;
+        });
+        Crossings { list, starts, positions, ends, is_crossed }
     }
 
     /// Returns the places of the start and the end of a segment among all crossings.
@@ -115,8 +124,11 @@ impl Crossings {
     }
 
     /// Returns the place of the crossings of an edge among all.
+    #[inline]
     pub fn range(&self, edge: [u32; 2]) -> Range<usize> {
-        let start = self.list.partition_point(|crossing| crossing.edge < edge);
+        let [lower, upper] = edge;
+        let of_point = self.starts[lower as usize] as usize..self.starts[lower as usize + 1] as usize;
+        let start = of_point.start + self.list[of_point].partition_point(|crossing| crossing.edge[1] < upper);
         let count = self.list[start..].iter().take_while(|crossing| crossing.edge == edge).count();
         start..start + count
     }
