@@ -88,6 +88,7 @@ pub mod driver;
 mod error;
 mod estimate;
 pub mod exact;
+mod face_tree;
 pub mod fixed;
 pub mod gpu;
 pub mod grid;

@@ -1,19 +1,21 @@
 //! Bodies on one lattice, where they meet, and the winding numbers on them.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use rayon::prelude::*;
 
 use super::bodies::{Bodies, Body, Lattice, Wholeness};
 use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
-use super::near::NearFaces;
+use super::near::Near;
 use super::pieces::Pieces;
 use super::segments::{Meeting, Segment, meet};
+use super::signs::Plane;
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
 use super::{ExactProperties, NotExact, Rule, Source, fronts, growth, result};
 use crate::boolean::Expression;
-use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
 use crate::surface::Coordinates;
@@ -40,7 +42,7 @@ impl Arrangement {
         solids: &[&ClosedMesh],
         wholeness: &[Wholeness],
         growing_for: Option<&Expression>,
-    ) -> Result<Arrangement, NotExact> {
+    ) -> Result<(Arrangement, Vec<Option<Near>>), NotExact> {
         let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
         let lattice = Lattice::around(bounds);
         let mut bodies = Bodies::default();
@@ -50,25 +52,30 @@ impl Arrangement {
             bodies.add(input, mesh, &lattice, wholeness, rate).map_err(|why| NotExact { input, why })?;
             checkpoint();
         }
-        let (segments, coincident) = find_meetings(&bodies)?;
+        let near: Vec<Option<Near>> =
+            (0..bodies.bodies.len()).into_par_iter().map(|own| Near::of(own, &bodies)).collect();
+        let (segments, coincident) = find_meetings(&bodies, &near)?;
         let crossings = Crossings::of(&segments, &bodies);
         checkpoint();
-        let windings = Windings::of(&bodies, solids.len(), &crossings);
+        let windings = Windings::of(&bodies, solids.len(), &crossings, &near);
         // Three faces of different bodies meet.
         let triples = match bodies.bodies.len() {
             0..=2 => Triples::default(),
             _ => Triples::of(&segments, &crossings, &bodies),
         };
-        Ok(Arrangement { solids: solids.len(), lattice, bodies, segments, coincident, crossings, triples, windings })
+        let found =
+            Arrangement { solids: solids.len(), lattice, bodies, segments, coincident, crossings, triples, windings };
+        Ok((found, near))
     }
 
     /// Returns the first reason of each solid why a winding number on which the result depends is not proved.
-    pub fn unproved(&self, rule: &Rule) -> Vec<NotExact> {
+    pub fn unproved(&self, near: &[Option<Near>], rule: &Rule) -> Vec<NotExact> {
         let mut is_crossed = vec![false; self.bodies.faces.len()];
         self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_crossed[face as usize] = true);
         let reason = |(own, body): (usize, &Body)| {
             checkpoint();
-            let why = fronts::prove(own, &self.bodies, &is_crossed, &self.windings, rule).err()?;
+            let why =
+                fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_crossed, &self.windings), rule).err()?;
             Some(NotExact { input: body.solid, why: body.as_given(why) })
         };
         let mut found: Vec<NotExact> = self.bodies.bodies.par_iter().enumerate().filter_map(reason).collect();
@@ -123,38 +130,34 @@ impl Arrangement {
     }
 }
 
-/// Returns the segments in which faces of different bodies meet, and the pairs of faces that coincide.
+/// Returns where faces of different bodies meet.
 ///
 /// # Errors
-/// A face without area near another body.
-fn find_meetings(bodies: &Bodies) -> Result<(Vec<Segment>, Vec<Coincident>), NotExact> {
+/// A face without area whose box touches that of another body's face.
+fn find_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Result<(Vec<Segment>, Vec<Coincident>), NotExact> {
     let all = &bodies.bodies;
-    // Only faces near another body can meet one.
-    let tree = |own: usize| {
-        checkpoint();
-        let others = (0..all.len()).filter(|&other| other != own && all[other].extent.touches(&all[own].extent));
-        let around = others.map(|other| all[other].extent).reduce(Box32::union)?;
-        let faces = all[own].faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
-        let faces: Vec<_> = faces.filter(|(_, extent)| extent.touches(&around)).collect();
-        (!faces.is_empty()).then(|| NearFaces::new(faces))
-    };
-    let trees: Vec<Option<NearFaces>> = (0..all.len()).map(tree).collect();
-    for (body, tree) in all.iter().zip(&trees) {
-        let flat = tree.as_ref().and_then(|tree| tree.faces().find_first(|&face| bodies.plane(face).is_flat()));
-        if let Some(face) = flat {
-            let why = body.as_given(Unproved::Flat { triangle: (face - body.faces.start) as usize });
-            return Err(NotExact { input: body.solid, why });
+    let least_flat = AtomicU32::new(u32::MAX);
+    let plane = |face: u32| {
+        let plane = bodies.plane(face);
+        match plane.is_flat() {
+            true => _ = least_flat.fetch_min(face, Ordering::Relaxed),
+            false => return Some((face, plane)),
         }
-    }
+        None
+    };
+    type Prepared<'b> = Option<(u32, Plane<'b>)>;
+    let look = |first: &Prepared, second: &Prepared| {
+        let ((f, plane_of_f), (g, plane_of_g)) = (first.as_ref()?, second.as_ref()?);
+        meet([*f, *g], plane_of_f, plane_of_g)
+    };
     let (mut segments, mut coincident) = (Vec::new(), Vec::new());
-    for (i, first) in trees.iter().enumerate() {
-        for (j, second) in trees.iter().enumerate().skip(i + 1) {
+    for (i, first) in near.iter().enumerate() {
+        for (j, second) in near.iter().enumerate().skip(i + 1) {
             let (Some(first), Some(second)) = (first, second) else { continue };
             if !all[i].extent.touches(&all[j].extent) {
                 continue;
             }
-            let found = first.pairs(second, |f, g| meet([f, g], &bodies.plane(f), &bodies.plane(g)));
-            for meeting in found {
+            for meeting in first.tree.pairs(&second.tree, plane, look) {
                 match meeting {
                     Meeting::Segment(segment) => segments.push(segment),
                     Meeting::Coincident(pair) => coincident.push(pair),
@@ -162,5 +165,12 @@ fn find_meetings(bodies: &Bodies) -> Result<(Vec<Segment>, Vec<Coincident>), Not
             }
         }
     }
-    Ok((segments, coincident))
+    match least_flat.into_inner() {
+        u32::MAX => Ok((segments, coincident)),
+        face => {
+            let body = &all[bodies.body_of_face(face) as usize];
+            let why = body.as_given(Unproved::Flat { triangle: (face - body.faces.start) as usize });
+            Err(NotExact { input: body.solid, why })
+        }
+    }
 }

@@ -10,9 +10,16 @@ use rayon::prelude::*;
 use super::growth::Stars;
 use super::signs::{Plane, Vertex};
 use crate::box_tree::Box32;
-use crate::mesh::measure::Frame;
-use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
+use crate::face_tree::FaceTree;
+use crate::mesh::measure::{Frame, Sum};
+use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved, Weld};
 use crate::union_find::UnionFind;
+
+/// Number of positions that one task rounds.
+const CHUNK: usize = 4096;
+
+/// Number of faces of a run, which have a common box; faces near one another in the mesh are mostly near one another in space.
+const RUN: usize = 32;
 
 /// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
 const BITS: i32 = 40;
@@ -40,8 +47,14 @@ impl Lattice {
         Lattice { step, origin: ((bounds.min + bounds.extent() / 2.0) / step).round() }
     }
 
-    fn round(&self, position: DVec3) -> DVec3 {
-        (position / self.step).round() - self.origin
+    /// Returns the lattice point next to a position, and the vector from there to the position.
+    #[inline]
+    fn round(&self, position: DVec3) -> (DVec3, DVec3) {
+        // The step is a power of two, so this is the same as a division.
+        let exact = position * (1.0 / self.step);
+        let rounded = exact.to_array().map(nearest);
+        let rounded = DVec3::from(rounded);
+        (rounded - self.origin, exact - rounded)
     }
 
     /// Returns the world position of a lattice point.
@@ -53,6 +66,14 @@ impl Lattice {
     pub fn frame(&self) -> Frame {
         Frame::new(self.origin * SCALE, self.step / SCALE)
     }
+}
+
+/// Returns the integer next to a number.
+#[inline]
+fn nearest(number: f64) -> f64 {
+    // Numbers of 2^51 and above have no more than one binary place; of those below, the sum has none.
+    const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
+    if number.abs() < (1u64 << 51) as f64 { (number + SHIFT) - SHIFT } else { number.round() }
 }
 
 /// The number of bodies of a solid.
@@ -72,6 +93,8 @@ pub(super) struct Body {
     pub faces: Range<u32>,
     pub points: Range<u32>,
     pub extent: Box32,
+    /// The boxes of runs of faces that follow one another, [`RUN`] each.
+    runs: Vec<Box32>,
     /// Its winding number in front of its faces; behind them it is one more.
     pub front: i32,
     /// The rate at which it grows.
@@ -135,10 +158,8 @@ impl Bodies {
         let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), lattice);
         self.displaced += displaced;
         match wholeness {
-            // Inside-out, a whole solid is the same solid.
             Wholeness::Whole => {
-                let turn = mesh.signed_volume() < 0.0;
-                self.push(solid, mesh, turn, (0, SHELLS * rate.unwrap_or(0)), [numbers, vertices]);
+                self.push(solid, mesh, wholeness, SHELLS * rate.unwrap_or(0), [numbers, vertices]);
             }
             Wholeness::Shells => {
                 // Shells grow at different rates, so that those that are flush part.
@@ -146,13 +167,12 @@ impl Bodies {
                     let rate = rate.map_or(0, |rate| SHELLS * rate + i32::min(number, SHELLS - 1));
                     let (shell, points) =
                         mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
-                    let front = if shell.signed_volume() < 0.0 { -1 } else { 0 };
                     let as_given = |numbers: &Option<Vec<u32>>, own: Vec<u32>| match numbers {
                         Some(numbers) => own.into_iter().map(|index| numbers[index as usize]).collect(),
                         None => own,
                     };
                     let (faces, points) = (as_given(&numbers, faces), as_given(&vertices, points));
-                    self.push(solid, shell, false, (front, rate), [Some(faces), Some(points)]);
+                    self.push(solid, shell, wholeness, rate, [Some(faces), Some(points)]);
                 }
             }
         }
@@ -163,25 +183,75 @@ impl Bodies {
         &mut self,
         solid: usize,
         mesh: TriangleMesh,
-        turn: bool,
-        (front, rate): (i32, i32),
+        wholeness: Wholeness,
+        rate: i32,
         [numbers, vertices]: [Option<Vec<u32>>; 2],
     ) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
-        let extent = Box32::around(mesh.bounds().into_iter().flat_map(|bounds| [bounds.min, bounds.max]));
-        self.points.extend(mesh.positions);
-        self.faces.extend(mesh.triangles.iter().map(|&[a, b, c]| {
+        let (runs, is_inside_out) = measure(&mesh);
+        let extent = runs.iter().copied().fold(Box32::EMPTY, Box32::union);
+        let (turn, front) = match wholeness {
+            // Inside-out, a whole solid is the same solid.
+            Wholeness::Whole => (is_inside_out, 0),
+            Wholeness::Shells => (false, if is_inside_out { -1 } else { 0 }),
+        };
+        let renumber = |[a, b, c]: [u32; 3]| {
             let [b, c] = if turn { [c, b] } else { [b, c] };
             [a, b, c].map(|index| index + point)
-        }));
+        };
+        if point == 0 {
+            // Taken as they are: copies of large arrays take longer than all else here.
+            (self.points, self.faces) = (mesh.positions, mesh.triangles);
+            if turn {
+                self.faces.par_iter_mut().for_each(|face| *face = renumber(*face));
+            }
+        } else {
+            self.points.par_extend(mesh.positions);
+            self.faces.par_extend(mesh.triangles.into_par_iter().map(renumber));
+        }
         let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
-        self.bodies.push(Body { solid, faces, points, extent, front, rate, numbers, vertices });
+        self.bodies.push(Body { solid, faces, points, extent, runs, front, rate, numbers, vertices });
     }
 
     /// Returns the corners of a face.
     #[inline]
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
         self.faces[face as usize].map(|index| self.points[index as usize])
+    }
+
+    /// Returns the box of a face.
+    #[inline]
+    pub fn extent(&self, face: u32) -> Box32 {
+        Box32::around(self.corners(face))
+    }
+
+    /// Returns the hierarchy of all faces of a body.
+    pub fn tree(&self, body: &Body) -> FaceTree {
+        let faces = body.faces.clone().into_par_iter().with_min_len(CHUNK).map(|face| (face, self.extent(face)));
+        FaceTree::new(&body.extent, faces, |face| self.extent(face))
+    }
+
+    /// Returns the runs of a body's faces, with their boxes.
+    pub fn runs<'a>(
+        &self,
+        body: &'a Body,
+    ) -> impl IndexedParallelIterator<Item = (&'a Box32, Range<u32>)> + Clone + use<'a> {
+        let Range { start, end } = body.faces;
+        let faces = move |run: usize| {
+            let first = start + (run * RUN) as u32;
+            first..end.min(first + RUN as u32)
+        };
+        let runs = body.runs.par_iter().enumerate().with_min_len(CHUNK / RUN);
+        runs.map(move |(run, extent)| (extent, faces(run)))
+    }
+
+    /// Returns the faces of a body in runs of which `is_near` accepts the box.
+    pub fn faces_in_runs(
+        &self,
+        body: &Body,
+        is_near: impl Fn(&Box32) -> bool + Sync + Send,
+    ) -> impl ParallelIterator<Item = u32> {
+        self.runs(body).filter(move |(extent, _)| is_near(extent)).flat_map_iter(|(_, faces)| faces)
     }
 
     /// Returns the plane of a face.
@@ -240,14 +310,13 @@ struct Rounded {
 impl Rounded {
     fn of(mesh: &TriangleMesh, lattice: &Lattice) -> Rounded {
         let TriangleMesh { positions, triangles } = mesh;
-        let points: Vec<DVec3> = positions.par_iter().map(|&position| lattice.round(position)).collect();
-        let moved: Vec<f32> = (positions, &points)
-            .into_par_iter()
-            .map(|(&position, &point)| {
-                let moved = (position / lattice.step - (point + lattice.origin)).length();
-                if moved == 0.0 { 0.0 } else { (moved as f32).next_up() }
-            })
-            .collect();
+        let round = |&position: &DVec3| {
+            let (point, moved) = lattice.round(position);
+            // The length of the displacement, rounded upwards.
+            let moved = if moved == DVec3::ZERO { 0.0 } else { (moved.length() as f32).next_up() };
+            (point, moved)
+        };
+        let (points, moved): (Vec<DVec3>, Vec<f32>) = positions.par_iter().with_min_len(CHUNK).map(round).unzip();
         // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
         let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
             true => {
@@ -255,14 +324,41 @@ impl Rounded {
             }
             false => 0.0,
         };
-        let mut mesh = TriangleMesh { positions: points, triangles: triangles.clone() };
-        let vertices = mesh.weld();
+        let Weld { kept, new_index } = Weld::of(&points);
+        let triangles = triangles.par_iter().map(|triangle| triangle.map(|index| new_index[index as usize])).collect();
+        let (positions, vertices) = match kept.len() == points.len() {
+            true => (points, None),
+            false => (kept.par_iter().map(|&index| points[index as usize]).collect(), Some(kept)),
+        };
+        let mut mesh = TriangleMesh { positions, triangles };
         let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
         let kept = || (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face);
-        let numbers = (!mesh.triangles.par_iter().all(is_face)).then(|| kept().collect());
-        mesh.triangles.retain(is_face);
+        let numbers: Option<Vec<u32>> = (!mesh.triangles.par_iter().all(is_face)).then(|| kept().collect());
+        if numbers.is_some() {
+            mesh.triangles.retain(is_face);
+        }
         Rounded { mesh, numbers, vertices, displaced }
     }
+}
+
+/// Returns the boxes of runs of faces, and whether the mesh is inside-out.
+fn measure(mesh: &TriangleMesh) -> (Vec<Box32>, bool) {
+    let origin = mesh.triangles.first().map_or(DVec3::ZERO, |face| mesh.positions[face[0] as usize]);
+    let of_run = |run: &[[u32; 3]]| {
+        let mut bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+        let mut volume = Sum::default();
+        for face in run {
+            let [a, b, c] = face.map(|index| mesh.positions[index as usize]);
+            bounds = Aabb { min: bounds.min.min(a.min(b).min(c)), max: bounds.max.max(a.max(b).max(c)) };
+            volume.add((a - origin).dot((b - origin).cross(c - origin)));
+        }
+        (Box32::of(bounds), volume)
+    };
+    let (runs, volumes): (Vec<Box32>, Vec<Sum>) =
+        mesh.triangles.par_chunks(RUN).with_min_len(CHUNK / RUN).map(of_run).unzip();
+    let mut volume = Sum::default();
+    volumes.into_iter().for_each(|of_run| volume.join(of_run));
+    (runs, volume.total() < 0.0)
 }
 
 fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {

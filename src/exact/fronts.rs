@@ -13,7 +13,7 @@
 //! The winding numbers of the other bodies need no proof: they are counted.
 
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicI32, Ordering};
 
 use glam::DVec3;
@@ -21,6 +21,7 @@ use rayon::prelude::*;
 
 use super::Rule;
 use super::bodies::{Bodies, Body, SCALE};
+use super::near::Near;
 use super::signs::{Plane, Vertex, is_left_of};
 use super::windings::Windings;
 use crate::cancel::checkpoint;
@@ -33,21 +34,41 @@ const LINE: u32 = u32::MAX;
 /// A coordinate beyond the lattice.
 const BEYOND: f64 = 1.0 / SCALE + 1.0;
 
-/// Proves the numbers of a body; see the module's docs. `is_crossed` tells which faces of all bodies others meet.
+/// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which faces of all bodies others meet.
 ///
 /// # Errors
 /// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
 pub(super) fn prove(
     own: usize,
     bodies: &Bodies,
-    is_crossed: &[bool],
-    windings: &Windings,
+    near: Option<&Near>,
+    (is_crossed, windings): (&[bool], &Windings),
     rule: &Rule,
 ) -> Result<(), Unproved> {
     let body = &bodies.bodies[own];
     let is_needed = needed(body, bodies, is_crossed, windings, rule);
+    let needed = is_needed.par_iter().with_min_len(4096).filter(|&&is_needed| is_needed).count();
+    if needed == 0 {
+        return Ok(());
+    }
     let first = body.faces.start;
-    let sheets = prove_embedded(&|face| bodies.corners(first + face), &is_needed)?;
+    let all;
+    let tree = match near {
+        Some(near) if near.has_all_around(&is_needed, needed, first) => &near.tree,
+        _ => {
+            all = bodies.tree(body);
+            &all
+        }
+    };
+    let of_flat = |why: Unproved| match why {
+        // Triangles without area meet their neighbours, and that is the better reason.
+        Unproved::TrianglesMeet { triangles } => {
+            let flat = triangles.into_iter().find(|face| bodies.plane(first + face).is_flat());
+            flat.map_or(why, |face| Unproved::Flat { triangle: face as usize })
+        }
+        _ => why,
+    };
+    let sheets = prove_embedded(tree, first, |face| bodies.corners(face), &is_needed).map_err(of_flat)?;
     checkpoint();
     check(own, bodies, &is_needed, &sheets.parts)
 }
@@ -85,6 +106,11 @@ impl<'b> Line<'b> {
         crosses(&plane, &ends[0]).then(|| Line { face, ends, enters: plane.is_in_front(&ends[0]), plane })
     }
 
+    /// Returns a point of the line.
+    fn point(&self) -> DVec3 {
+        self.ends[0].at
+    }
+
     /// Returns by how much the winding number grows at a face if the line crosses that before its own.
     fn change(&self, plane: &Plane) -> i32 {
         let enters = plane.is_in_front(&self.ends[0]);
@@ -119,16 +145,28 @@ impl Turned<'_> {
 
     /// Returns the corners of a face by its number within the body.
     fn corners(&self, face: u32) -> [DVec3; 3] {
-        self.bodies.corners(self.body().faces.start + face).map(|point| match self.turns {
+        self.bodies.corners(self.body().faces.start + face).map(|point| self.turned(point))
+    }
+
+    fn turned(&self, point: DVec3) -> DVec3 {
+        match self.turns {
             0 => point,
             1 => DVec3::new(point.y, point.z, point.x),
             _ => DVec3::new(point.z, point.x, point.y),
-        })
+        }
     }
 
     /// Returns the plane of a face, which does not grow.
     fn plane(&self, face: u32) -> Plane<'static> {
         Plane::new(self.corners(face).map(|corner| Vertex::still(corner, self.own)))
+    }
+
+    /// Returns twice the area of a face's projection along the axis in which that is largest, and that axis.
+    fn widest(&self, face: u32) -> (f64, usize) {
+        let [a, b, c] = self.corners(face);
+        let projections = (b - a).cross(c - a).abs();
+        let axis = projections.max_position();
+        (projections[axis], axis)
     }
 
     fn line(&self, face: u32) -> Option<Line<'static>> {
@@ -137,25 +175,16 @@ impl Turned<'_> {
 
     /// Returns the lowest of the lines' faces with another winding number in front than that of the body.
     fn least_wrong(&self, mut lines: Vec<Line<'_>>) -> Option<u32> {
-        lines.sort_unstable_by(|a, b| a.ends[0].at.y.total_cmp(&b.ends[0].at.y).then(a.face.cmp(&b.face)));
+        lines.sort_unstable_by(|a, b| a.point().y.total_cmp(&b.point().y).then(a.face.cmp(&b.face)));
         let numbers: Vec<AtomicI32> = lines.iter().map(|_| AtomicI32::new(0)).collect();
-        (0..self.body().faces.len() as u32).into_par_iter().with_min_len(4096).for_each(|face| {
-            let corners = self.corners(face);
-            let [a, b, c] = corners;
-            let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-            let start = lines.partition_point(|line| line.ends[0].at.y < min.y);
-            for (line, number) in lines[start..].iter().zip(&numbers[start..]) {
-                let point = line.ends[0].at;
-                if point.y > max.y {
-                    break;
-                }
-                if face == line.face || point.z < min.z || point.z > max.z {
-                    continue;
-                }
-                let plane = self.plane(face);
-                if crosses(&plane, &line.ends[0]) {
-                    number.fetch_add(line.change(&plane), Ordering::Relaxed);
-                }
+        self.bodies.runs(self.body()).for_each(|(extent, faces)| {
+            // Most runs are beside all lines.
+            let [min, max] = extent.corners().map(|corner| self.turned(corner));
+            let start = lines.partition_point(|line| line.point().y < min.y);
+            let beside = lines[start..].iter().zip(&numbers[start..]).take_while(|(line, _)| line.point().y <= max.y);
+            for (line, number) in beside.filter(|(line, _)| (min.z..=max.z).contains(&line.point().z)) {
+                let change = |face: u32| self.change(line, face - self.body().faces.start);
+                number.fetch_add(faces.clone().map(change).sum(), Ordering::Relaxed);
             }
         });
         let is_wrong = |(line, number): &(Line, AtomicI32)| {
@@ -164,13 +193,36 @@ impl Turned<'_> {
         };
         lines.into_iter().zip(numbers).filter(is_wrong).map(|(line, _)| line.face).min()
     }
+
+    /// Returns by how much the winding number changes where a line crosses a face before its own.
+    fn change(&self, line: &Line, face: u32) -> i32 {
+        let [a, b, c] = self.corners(face);
+        let (min, max, point) = (a.min(b).min(c), a.max(b).max(c), line.point());
+        let is_beside = point.y < min.y || point.y > max.y || point.z < min.z || point.z > max.z;
+        if face == line.face || is_beside {
+            return 0;
+        }
+        let plane = self.plane(face);
+        if crosses(&plane, &line.ends[0]) { line.change(&plane) } else { 0 }
+    }
 }
 
 /// Checks the winding number in front of one face of each set.
 fn check(own: usize, bodies: &Bodies, is_needed: &[bool], parts: &UnionFind) -> Result<(), Unproved> {
     let axes = [0, 1, 2].map(|turns| Turned { bodies, own: own as u32, turns });
     let mut lines: [Vec<Line>; 3] = Default::default();
-    for (face, axis) in widest_of_sets(&axes[0], is_needed, parts) {
+    // The root of a set is its first face. Where that is too thin for a line, the widest of the set is tried.
+    let is_root = |&face: &u32| is_needed[face as usize] && parts.find(face) == face;
+    let roots: Vec<u32> = (0..is_needed.len() as u32).into_par_iter().with_min_len(4096).filter(is_root).collect();
+    let mut are_thin = BTreeSet::new();
+    for root in roots {
+        let axis = axes[0].widest(root).1;
+        match axes[axis].line(root) {
+            Some(line) => lines[axis].push(line),
+            None => _ = are_thin.insert(root),
+        }
+    }
+    for (face, axis) in widest_of_sets(&axes[0], &are_thin, is_needed, parts) {
         let line = axes[axis].line(face).ok_or(Unproved::TooThin { triangle: face as usize })?;
         lines[axis].push(line);
     }
@@ -181,14 +233,15 @@ fn check(own: usize, bodies: &Bodies, is_needed: &[bool], parts: &UnionFind) -> 
     }
 }
 
-/// Returns the face of each set that is widest along an axis, and that axis.
-fn widest_of_sets(body: &Turned, is_needed: &[bool], parts: &UnionFind) -> Vec<(u32, usize)> {
+/// Returns the face of each of some sets that is widest along an axis, and that axis.
+fn widest_of_sets(body: &Turned, sets: &BTreeSet<u32>, is_needed: &[bool], parts: &UnionFind) -> Vec<(u32, usize)> {
     type Widest = BTreeMap<u32, (f64, Reverse<u32>, usize)>;
+    if sets.is_empty() {
+        return Vec::new();
+    }
     let widest = |face: u32| {
-        let [a, b, c] = body.corners(face);
-        let projections = (b - a).cross(c - a).abs();
-        let axis = projections.max_position();
-        (projections[axis], Reverse(face), axis)
+        let (width, axis) = body.widest(face);
+        (width, Reverse(face), axis)
     };
     let include = |mut widest: Widest, set: u32, found: (f64, Reverse<u32>, usize)| {
         let known = widest.entry(set).or_insert(found);
@@ -199,7 +252,7 @@ fn widest_of_sets(body: &Turned, is_needed: &[bool], parts: &UnionFind) -> Vec<(
     };
     let faces = (0..is_needed.len() as u32).into_par_iter().with_min_len(4096);
     let found = faces
-        .filter(|&face| is_needed[face as usize])
+        .filter(|&face| is_needed[face as usize] && sets.contains(&parts.find(face)))
         .fold(Widest::new, |known, face| include(known, parts.find(face), widest(face)))
         .reduce(Widest::new, |known, other| {
             other.into_iter().fold(known, |known, (set, found)| include(known, set, found))

@@ -139,9 +139,9 @@ impl<'a> Solution<'a> {
         growth: Growth,
     ) -> Result<Solution<'a>, NotExact> {
         loop {
-            let arrangement =
+            let (arrangement, near) =
                 Arrangement::of(inputs, &wholeness, (growth == Growth::Growing).then_some(rule.expression))?;
-            let unproved = arrangement.unproved(&rule);
+            let unproved = arrangement.unproved(&near, &rule);
             if unproved.is_empty() {
                 return Ok(Solution { inputs: inputs.to_vec(), rule, arrangement, wholeness });
             }

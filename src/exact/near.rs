@@ -1,82 +1,55 @@
-//! The faces of a body that may meet those of another or a ray.
+//! The faces of a body near other bodies: those that may meet them, and those that may meet these.
 
-use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::box_tree::{Box32, BoxTree, opened};
+use super::bodies::Bodies;
+use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
+use crate::face_tree::FaceTree;
 
-/// Number of pairs of nodes from which the search is split into tasks.
-const TASKS: usize = 512;
+/// The share of runs near other bodies from which all faces of a body are taken.
+const MOST: f64 = 0.75;
 
-/// Some faces with their boxes, and the hierarchy over them.
-pub(super) struct NearFaces {
-    faces: Vec<(u32, Box32)>,
-    tree: BoxTree,
+/// The faces of a body that are near others.
+pub(super) struct Near {
+    pub tree: FaceTree,
+    /// The tree holds all faces of the body that touch this box.
+    complete: Box32,
 }
 
-impl NearFaces {
-    /// Returns the hierarchy of at least one face.
-    pub fn new(faces: Vec<(u32, Box32)>) -> NearFaces {
-        let tree = BoxTree::new(faces.len(), |item| faces[item as usize].1);
-        NearFaces { faces, tree }
-    }
-
-    /// Returns the faces.
-    pub fn faces(&self) -> impl IndexedParallelIterator<Item = u32> + '_ {
-        self.faces.par_iter().map(|&(face, _)| face)
-    }
-
-    /// Returns what `look` finds of the pairs of faces whose boxes touch, in an order that does not depend on threads.
-    pub fn pairs<T: Send>(&self, other: &NearFaces, look: impl Fn(u32, u32) -> Option<T> + Sync) -> Vec<T> {
-        let trees = [&self.tree, &other.tree];
-        let touch = |&[a, b]: &[_; 2]| self.tree.bounds(a).touches(other.tree.bounds(b));
-        let mut tasks = vec![[self.tree.root(), other.tree.root()]];
-        tasks.retain(touch);
-        while tasks.len() < TASKS {
-            let below = |pair| opened(trees, pair).map_or(([pair; 2], 1), |opened| opened);
-            let next: Vec<_> = tasks
-                .iter()
-                .flat_map(|&pair| {
-                    let (pairs, count) = below(pair);
-                    pairs.into_iter().take(count)
-                })
-                .filter(touch)
-                .collect();
-            if next == tasks {
-                break;
-            }
-            tasks = next;
+impl Near {
+    /// Returns the faces of a body that touch the box around other bodies near it, and those that touch the box around these; or
+    /// all, if most do.
+    pub fn of(own: usize, bodies: &Bodies) -> Option<Near> {
+        checkpoint();
+        let (all, body) = (&bodies.bodies, &bodies.bodies[own]);
+        let others = (0..all.len()).filter(|&other| other != own && all[other].extent.touches(&body.extent));
+        let around = others.map(|other| all[other].extent).reduce(Box32::union)?;
+        let touching = |extent: Box32| {
+            let faces = bodies.faces_in_runs(body, move |run| run.touches(&extent));
+            faces.map(|face| (face, bodies.extent(face))).filter(move |(_, own)| own.touches(&extent))
+        };
+        let runs = bodies.runs(body);
+        let near = runs.clone().filter(|(extent, _)| extent.touches(&around)).count();
+        if near as f64 >= MOST * runs.len() as f64 {
+            return Some(Near { tree: bodies.tree(body), complete: Box32::WHOLE });
         }
-        let found: Vec<Vec<T>> = tasks
-            .into_par_iter()
-            .map(|task| {
-                checkpoint();
-                let (mut found, mut pending) = (Vec::new(), vec![task]);
-                while let Some([a, b]) = pending.pop() {
-                    if let Some((below, count)) = opened(trees, [a, b]) {
-                        pending.extend(below[..count].iter().filter(|pair| touch(pair)));
-                        continue;
-                    }
-                    for &i in self.tree.items(a).unwrap_or_default() {
-                        let (face, extent) = self.faces[i as usize];
-                        for &j in other.tree.items(b).unwrap_or_default() {
-                            let (beside, around) = other.faces[j as usize];
-                            if extent.touches(&around) {
-                                found.extend(look(face, beside));
-                            }
-                        }
-                    }
-                }
-                found
-            })
-            .collect();
-        found.into_iter().flatten().collect()
+        let complete = touching(around).map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
+        let tree = || FaceTree::new(&complete, touching(complete), |face| bodies.extent(face));
+        (complete != Box32::EMPTY).then(|| Near { tree: tree(), complete })
     }
 
-    /// Calls `visit` for the faces whose boxes the ray from a point along +x may meet.
-    pub fn ahead_of(&self, point: DVec3, mut visit: impl FnMut(u32)) {
-        let items = |items: &[u32]| items.iter().for_each(|&item| visit(self.faces[item as usize].0));
-        self.tree.visit(|extent| extent.is_ahead_of(point), items);
+    /// Returns the tree if it holds all faces of the body.
+    pub fn whole(&self) -> Option<&FaceTree> {
+        (self.complete == Box32::WHOLE).then_some(&self.tree)
+    }
+
+    /// Returns whether the tree holds the needed faces, of which there are this many, and all that touch one of them.
+    pub fn has_all_around(&self, is_needed: &[bool], count: usize, first: u32) -> bool {
+        let faces = self.tree.faces().par_iter().enumerate().with_min_len(4096);
+        let is_found = |(place, face): &(usize, &u32)| {
+            is_needed[(**face - first) as usize] && self.complete.contains(&self.tree.extent(*place))
+        };
+        faces.filter(is_found).count() == count
     }
 }

@@ -10,10 +10,11 @@ use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::crossings::{Crossing, Crossings};
-use super::near::NearFaces;
+use super::near::Near;
 use super::signs::{Plane, Vertex, is_left_of};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
+use crate::face_tree::FaceTree;
 use crate::union_find::UnionFind;
 
 /// The winding numbers of all solids on each patch, less those of the patch's own body.
@@ -26,12 +27,12 @@ pub(super) struct Windings {
 }
 
 impl Windings {
-    pub fn of(bodies: &Bodies, solids: usize, crossings: &Crossings) -> Windings {
+    pub fn of(bodies: &Bodies, solids: usize, crossings: &Crossings, near: &[Option<Near>]) -> Windings {
         let (patch_of_point, first_points) = patches(bodies, crossings);
         let links = Links::of(crossings, &patch_of_point, first_points.len());
         let numbers = vec![0; solids * first_points.len()];
         let mut found = Windings { solids, patch_of_point, first_points, numbers };
-        let mut rays = Rays { bodies, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
+        let mut rays = Rays { bodies, near, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
         let mut is_known = vec![false; found.first_points.len()];
         for patch in 0..found.first_points.len() {
             if is_known[patch] {
@@ -155,6 +156,7 @@ impl Links {
 /// Rays along +x from points, through the bodies.
 struct Rays<'b> {
     bodies: &'b Bodies,
+    near: &'b [Option<Near>],
     met: Vec<MetBody>,
 }
 
@@ -164,7 +166,7 @@ struct MetBody {
     /// True if a ray has been tested against all faces; for one ray, that is faster than to sort them.
     was_met: bool,
     /// The sorted faces, for all further rays.
-    faces: Option<NearFaces>,
+    faces: Option<FaceTree>,
 }
 
 impl Rays<'_> {
@@ -180,17 +182,24 @@ impl Rays<'_> {
                 continue;
             }
             let across = |face| winding(&bodies.plane(face), &vertex);
-            let faces = || body.faces.clone().into_par_iter().map(|face| (face, Box32::around(bodies.corners(face))));
             let met = &mut self.met[index];
-            numbers[body.solid] += if met.was_met {
-                let sorted = met.faces.get_or_insert_with(|| NearFaces::new(faces().collect()));
-                let mut sum = 0;
-                sorted.ahead_of(position, |face| sum += across(face));
-                sum
-            } else {
-                faces().filter(|(_, extent)| extent.is_ahead_of(position)).map(|(face, _)| across(face)).sum()
+            let tree = match self.near[index].as_ref().and_then(Near::whole) {
+                Some(tree) => Some(tree),
+                None if met.was_met => Some(&*met.faces.get_or_insert_with(|| bodies.tree(body))),
+                None => None,
             };
             met.was_met = true;
+            numbers[body.solid] += match tree {
+                Some(tree) => {
+                    let mut sum = 0;
+                    tree.ahead_of(position, |face| sum += across(face));
+                    sum
+                }
+                None => {
+                    let is_ahead = |face: &u32| bodies.extent(*face).is_ahead_of(position);
+                    bodies.faces_in_runs(body, |run| run.is_ahead_of(position)).filter(is_ahead).map(across).sum()
+                }
+            };
         }
     }
 }

@@ -26,6 +26,7 @@ pub use closed::{ClosedMesh, NotClosed};
 pub(crate) use compact::renumber;
 pub use hull::convex_hull;
 pub use mass::MassProperties;
+pub(crate) use weld::Weld;
 pub(crate) use winding::prove_embedded;
 pub use winding::{Unproved, prove_simple};
 

@@ -20,13 +20,14 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
-use super::measure::{EMPTY, include};
 use super::meet::{are_parted, meet, widest_axis};
-use super::{Aabb, ClosedMesh, check};
+use super::{ClosedMesh, check};
+use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
+use crate::face_tree::FaceTree;
 use crate::union_find::UnionFind;
 
 /// The reason why the winding number of a mesh is not proved to be 0 or 1.
@@ -96,8 +97,17 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
     }
     let triangles = mesh.mesh();
     let corners = |triangle: u32| triangles.triangles[triangle as usize].map(|i| triangles.positions[i as usize]);
-    let sheets = prove_embedded(&corners, &vec![true; triangles.triangles.len()])?;
-    let is_connected = || (0..triangles.triangles.len() as u32).into_par_iter().all(|t| sheets.parts.find(t) == 0);
+    let count = triangles.triangles.len();
+    let all = || (0..count as u32).into_par_iter().with_min_len(CHUNK);
+    // Relative to the longest side, so that no box leaves the range of f32.
+    let bounds = mesh.bounds();
+    let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
+    let local = |point: DVec3| (point - bounds.min) / unit;
+    let extent = |triangle: u32| Box32::around(corners(triangle).map(local));
+    let around = Box32::around([bounds.min, bounds.max].map(local));
+    let tree = FaceTree::new(&around, all().map(|triangle| (triangle, extent(triangle))), extent);
+    let sheets = prove_embedded(&tree, 0, corners, &vec![true; count])?;
+    let is_connected = || all().all(|triangle| sheets.parts.find(triangle) == 0);
     if sheets.are_closed && is_connected() {
         return if mesh.signed_volume() == 0.0 { Err(Unproved::NoVolume) } else { Ok(()) };
     }
@@ -118,128 +128,27 @@ pub(crate) struct Sheets {
 
 /// Proves that some triangles of a mesh meet no triangle of it elsewhere than in corners and sides that they share.
 ///
-/// `corners` returns the corners of a triangle, and `is_needed` tells which are to be proved.
+/// `tree` holds the triangles whose boxes touch those of the triangles to be proved, by numbers that begin with `first`, and
+/// `corners` returns the corners of a triangle by such a number. `is_needed` tells for all triangles of the mesh whether they are to
+/// be proved.
 ///
 /// # Errors
-/// [`Unproved::TrianglesMeet`], where one of the two is needed.
+/// [`Unproved::TrianglesMeet`], where one of the two is needed; the triangles are numbered from 0.
 pub(crate) fn prove_embedded(
-    corners: &(impl Fn(u32) -> [DVec3; 3] + Sync),
+    tree: &FaceTree,
+    first: u32,
+    corners: impl Fn(u32) -> [DVec3; 3] + Sync,
     is_needed: &[bool],
 ) -> Result<Sheets, Unproved> {
-    let Some(surface) = Surface::new(corners, is_needed) else {
-        return Ok(Sheets { parts: UnionFind::new(is_needed.len() as u32), are_closed: false });
-    };
+    let neighbors = (0..tree.faces().len()).into_par_iter().with_min_len(CHUNK).map(|_| [FREE; 3].map(AtomicU32::new));
+    let surface = Surface { tree, first, corners, is_needed, neighbors: neighbors.collect() };
     surface.embed()?;
+    checkpoint();
     Ok(surface.sheets())
 }
 
-/// The box of a triangle, relative to that of all, rounded outwards.
-#[derive(Clone, Copy)]
-struct Extent {
-    min: Vec3,
-    max: Vec3,
-}
-
-impl Extent {
-    fn of([a, b, c]: [DVec3; 3]) -> Extent {
-        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        let down = |x: f64| (x as f32).next_down();
-        let up = |x: f64| (x as f32).next_up();
-        Extent {
-            min: Vec3::new(down(min.x), down(min.y), down(min.z)),
-            max: Vec3::new(up(max.x), up(max.y), up(max.z)),
-        }
-    }
-
-    #[inline]
-    fn touches(&self, other: &Extent) -> bool {
-        (self.min.cmple(other.max) & other.min.cmple(self.max)).all()
-    }
-}
-
-/// A grid of cells of one size, and the triangles that touch each.
-struct Level {
-    /// 1 / side of a cell.
-    scale: f32,
-    cells: [u32; 3],
-    /// The offset of the triangles of each cell, and the end of the last.
-    starts: Vec<u32>,
-    triangles: Vec<u32>,
-    /// The triangles of the level, once each.
-    members: Vec<u32>,
-}
-
-impl Level {
-    /// Sorts the triangles of a level into cells.
-    fn new(side: f32, size: Vec3, members: Vec<u32>, extents: &[Extent]) -> Level {
-        let scale = 1.0 / side;
-        let cells = (size * scale).to_array().map(|c| c as u32 + 1);
-        let mut level = Level { scale, cells, starts: Vec::new(), triangles: Vec::new(), members: Vec::new() };
-        let counts: Vec<AtomicU32> =
-            (0..cells.iter().product::<u32>() + 1).into_par_iter().map(|_| AtomicU32::new(0)).collect();
-        members.par_iter().with_min_len(CHUNK).for_each(|&triangle| {
-            level.each_cell(&extents[triangle as usize], |cell| {
-                counts[cell as usize].fetch_add(1, Ordering::Relaxed);
-            });
-        });
-        let mut end = 0;
-        for count in &counts {
-            end += count.load(Ordering::Relaxed);
-            count.store(end, Ordering::Relaxed);
-        }
-        let slots: Vec<AtomicU32> = (0..end).into_par_iter().map(|_| AtomicU32::new(0)).collect();
-        members.par_iter().with_min_len(CHUNK).for_each(|&triangle| {
-            level.each_cell(&extents[triangle as usize], |cell| {
-                let slot = counts[cell as usize].fetch_sub(1, Ordering::Relaxed) - 1;
-                slots[slot as usize].store(triangle, Ordering::Relaxed);
-            });
-        });
-        level.starts = counts.into_iter().map(AtomicU32::into_inner).collect();
-        level.triangles = slots.into_iter().map(AtomicU32::into_inner).collect();
-        level.members = members;
-        level
-    }
-
-    /// Returns the cell of a point; monotone in every coordinate.
-    #[inline]
-    fn cell(&self, point: Vec3) -> [u32; 3] {
-        let cell = (point * self.scale).to_array();
-        [0, 1, 2].map(|i| (cell[i] as u32).min(self.cells[i] - 1))
-    }
-
-    #[inline]
-    fn number(&self, [x, y, z]: [u32; 3]) -> u32 {
-        (z * self.cells[1] + y) * self.cells[0] + x
-    }
-
-    #[inline]
-    fn each_cell(&self, extent: &Extent, mut visit: impl FnMut(u32)) {
-        let (low, high) = (self.cell(extent.min), self.cell(extent.max));
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                for x in low[0]..=high[0] {
-                    visit(self.number([x, y, z]));
-                }
-            }
-        }
-    }
-
-    fn of_cell(&self, cell: u32) -> &[u32] {
-        &self.triangles[self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
-    }
-
-    /// Returns whether a cell is the lowest that both boxes touch, which is the one that tests the pair.
-    #[inline]
-    fn is_first(&self, cell: u32, one: &Extent, other: &Extent) -> bool {
-        self.number(self.cell(one.min.max(other.min))) == cell
-    }
-}
-
-/// Number of triangles or cells that one task takes.
+/// Number of triangles that one task takes.
 const CHUNK: usize = 4096;
-
-/// Largest number of cells of the finest level.
-const MOST_CELLS: f64 = 4e6;
 
 /// The mark of a side of one triangle alone.
 const FREE: u32 = u32::MAX;
@@ -247,138 +156,55 @@ const FREE: u32 = u32::MAX;
 /// The mark of a side of more than two triangles, or of two in the same direction.
 const CROWDED: u32 = u32::MAX - 1;
 
-/// The triangles near those that are needed, by numbers of their own, that are being tested against one another.
+/// The triangles near those that are needed, by their places in a tree, that are being tested against one another.
 struct Surface<'m, C> {
-    corners: &'m C,
+    tree: &'m FaceTree,
+    first: u32,
+    corners: C,
     is_needed: &'m [bool],
-    /// The triangles in the mesh, in ascending order.
-    triangles: Vec<u32>,
-    extents: Vec<Extent>,
-    /// Levels from fine to coarse, each with cells of twice the side of the level before.
-    levels: Vec<Level>,
-    /// The level that each triangle belongs to.
-    level_of: Vec<u8>,
-    /// The other triangle at each side, or a mark; of triangles that are not needed, only some.
+    /// The place of the other triangle at each side, or a mark; of triangles that are not needed, only some.
     neighbors: Vec<[AtomicU32; 3]>,
 }
 
-impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
-    /// Sorts the triangles near those that are needed; returns `None` if there are none.
-    fn new(corners: &'m C, is_needed: &'m [bool]) -> Option<Surface<'m, C>> {
-        let all = (0..is_needed.len() as u32).into_par_iter();
-        let around = |triangle: u32| corners(triangle).into_iter().fold(EMPTY, include);
-        let needed = all.clone().filter(|&triangle| is_needed[triangle as usize]);
-        let bounds = needed.map(around).reduce_with(Aabb::union)?;
-        // In units of the longest side, so that no coordinate leaves the range of f32.
-        let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
-        let local = |point: DVec3| (point - bounds.min) / unit;
-        let whole = Extent::of([bounds.min, bounds.max, bounds.max].map(local));
-        let extent = |triangle: u32| (triangle, Extent::of(corners(triangle).map(local)));
-        let (triangles, extents): (Vec<u32>, Vec<Extent>) =
-            all.map(extent).filter(|(_, extent)| extent.touches(&whole)).unzip();
-        let size = (bounds.extent() / unit).as_vec3();
-
-        let width = |extent: &Extent| (extent.max - extent.min).max_element();
-        let mean = extents.par_iter().map(|extent| f64::from(width(extent))).sum::<f64>() / extents.len() as f64;
-        let volume = |side: f64| size.to_array().iter().map(|&c| f64::from(c) / side + 1.0).product::<f64>();
-        let mut finest = 1.5 * mean;
-        while volume(finest) > MOST_CELLS {
-            finest *= 1.2;
-        }
-        let finest = finest as f32;
-        let level_of: Vec<u8> =
-            extents.par_iter().map(|extent| (width(extent) / finest).log2().ceil().clamp(0.0, 30.0) as u8).collect();
-        let coarsest = level_of.par_iter().copied().max().unwrap_or(0);
-        let levels = (0..=coarsest).map(|k| {
-            let all = (0..triangles.len() as u32).into_par_iter();
-            let members: Vec<u32> = all.filter(|&t| level_of[t as usize] == k).collect();
-            Level::new(finest * f32::from(k).exp2(), size, members, &extents)
-        });
-        let levels = levels.collect();
-        let neighbors = (0..triangles.len()).into_par_iter().map(|_| [FREE; 3].map(AtomicU32::new)).collect();
-        Some(Surface { corners, is_needed, triangles, extents, levels, level_of, neighbors })
+impl<C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'_, C> {
+    /// Returns the number in the mesh of the triangle at a place.
+    #[inline]
+    fn number(&self, place: usize) -> u32 {
+        self.tree.faces()[place] - self.first
     }
 
-    /// Returns whether a triangle is needed.
     #[inline]
-    fn is_needed(&self, triangle: u32) -> bool {
-        self.is_needed[self.triangles[triangle as usize] as usize]
+    fn is_needed(&self, place: usize) -> bool {
+        self.is_needed[self.number(place) as usize]
     }
 
     /// Tests every pair of triangles whose boxes touch and of which one is needed.
     fn embed(&self) -> Result<(), Unproved> {
-        for level in &self.levels {
-            let cells = (0..level.starts.len() as u32 - 1).into_par_iter().with_min_len(64);
-            first(cells.filter_map(|cell| self.within_cell(level, cell)))?;
+        let facet = |place: usize| {
+            let corners = (self.corners)(self.tree.faces()[place]);
+            Facet { place, axis: widest_axis(corners), corners }
+        };
+        let look = |one: &Facet, other: &Facet| self.look_at(one, other);
+        match self.tree.first_of_own_pairs(|place| self.is_needed(place), facet, look) {
+            Some(pairs) => Err(Unproved::TrianglesMeet { triangles: pairs.into_iter().min().unwrap_or_default() }),
+            None => Ok(()),
         }
-        if self.levels.len() > 1 {
-            for level in &self.levels {
-                let triangles = level.members.par_iter().with_min_len(CHUNK);
-                first(triangles.filter_map(|&triangle| self.with_larger(triangle)))?;
-            }
-        }
-        Ok(())
     }
 
     /// Joins the needed triangles that share a side.
     fn sheets(&self) -> Sheets {
         let parts = UnionFind::new(self.is_needed.len() as u32);
-        let join = |triangle: u32| {
-            let beside = self.neighbors[triangle as usize].each_ref().map(|side| side.load(Ordering::Relaxed));
-            for other in beside.into_iter().filter(|&other| other < CROWDED && self.is_needed(other)) {
-                parts.join(self.triangles[triangle as usize], self.triangles[other as usize]);
+        let join = |place: usize| {
+            let beside = self.neighbors[place].each_ref().map(|side| side.load(Ordering::Relaxed));
+            for other in beside.into_iter().filter(|&other| other < CROWDED && self.is_needed(other as usize)) {
+                parts.join(self.number(place), self.number(other as usize));
             }
             beside.into_iter().all(|other| other < CROWDED)
         };
-        let all = (0..self.triangles.len() as u32).into_par_iter().with_min_len(CHUNK);
-        let is_closed = |triangle: u32| self.is_needed(triangle) && join(triangle);
+        let all = (0..self.neighbors.len()).into_par_iter().with_min_len(CHUNK);
+        let is_closed = |place: usize| self.is_needed(place) && join(place);
         let are_closed = all.map(is_closed).reduce(|| true, |a, b| a & b);
-        Sheets { parts, are_closed: are_closed && self.triangles.len() == self.is_needed.len() }
-    }
-
-    /// Tests the pairs of a cell; returns the least one that meets.
-    fn within_cell(&self, level: &Level, cell: u32) -> Option<[u32; 2]> {
-        checkpoint();
-        let members = level.of_cell(cell);
-        if members.len() < 2 || !members.iter().any(|&triangle| self.is_needed(triangle)) {
-            return None;
-        }
-        // Stored contiguously, since each is read as often as the cell has members.
-        let facets: Vec<Facet> = members.iter().map(|&triangle| self.facet(triangle)).collect();
-        let mut found = None;
-        for (i, one) in facets.iter().enumerate() {
-            for other in &facets[i + 1..] {
-                let decides = one.is_needed || other.is_needed;
-                if decides && one.extent.touches(&other.extent) && level.is_first(cell, &one.extent, &other.extent) {
-                    found = lesser(found, self.look_at(one, other));
-                }
-            }
-        }
-        found
-    }
-
-    /// Tests a triangle against those of coarser levels.
-    fn with_larger(&self, triangle: u32) -> Option<[u32; 2]> {
-        let one = self.facet(triangle);
-        let mut found = None;
-        for level in &self.levels[usize::from(self.level_of[triangle as usize]) + 1..] {
-            level.each_cell(&one.extent, |cell| {
-                for &other in level.of_cell(cell) {
-                    let extent = &self.extents[other as usize];
-                    let decides = one.is_needed || self.is_needed(other);
-                    if decides && one.extent.touches(extent) && level.is_first(cell, &one.extent, extent) {
-                        found = lesser(found, self.look_at(&one, &self.facet(other)));
-                    }
-                }
-            });
-        }
-        found
-    }
-
-    fn facet(&self, triangle: u32) -> Facet {
-        let corners = (self.corners)(self.triangles[triangle as usize]);
-        let (is_needed, extent) = (self.is_needed(triangle), self.extents[triangle as usize]);
-        Facet { triangle, is_needed, axis: widest_axis(corners), corners, extent }
+        Sheets { parts, are_closed: are_closed && self.neighbors.len() == self.is_needed.len() }
     }
 
     /// Returns the pair if it meets; marks the side that they share.
@@ -397,7 +223,7 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
             let numbers = [0, 1, 2].map(|j| if shared[j] < 3 { shared[j] as u32 } else { 3 + j as u32 });
             let place_of = |number: u32| if number < 3 { a[number as usize] } else { b[number as usize - 3] };
             if meet([0, 1, 2], numbers, place_of) {
-                let [a, b] = [one, other].map(|facet| self.triangles[facet.triangle as usize]);
+                let [a, b] = [one, other].map(|facet| self.number(facet.place));
                 return Some([a.min(b), a.max(b)]);
             }
         }
@@ -408,16 +234,16 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
             }
             // The sides of `one` go from corner i to i + 1.
             let is_opposite = from == (to + 1) % 3;
-            self.note(one, if is_opposite { to } else { from }, other.triangle, is_opposite);
-            self.note(other, j, one.triangle, is_opposite);
+            self.note(one, if is_opposite { to } else { from }, other, is_opposite);
+            self.note(other, j, one, is_opposite);
         }
         None
     }
 
     /// Notes the triangle at a side of another. The mark does not depend on the order of the notes.
-    fn note(&self, facet: &Facet, side: usize, beside: u32, is_opposite: bool) {
-        let mark = &self.neighbors[facet.triangle as usize][side];
-        if mark.swap(beside, Ordering::Relaxed) != FREE || !is_opposite {
+    fn note(&self, facet: &Facet, side: usize, beside: &Facet, is_opposite: bool) {
+        let mark = &self.neighbors[facet.place][side];
+        if mark.swap(beside.place as u32, Ordering::Relaxed) != FREE || !is_opposite {
             mark.store(CROWDED, Ordering::Relaxed);
         }
     }
@@ -425,25 +251,10 @@ impl<'m, C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'m, C> {
 
 /// A triangle as the pair test needs it.
 struct Facet {
-    triangle: u32,
-    is_needed: bool,
+    place: usize,
     /// The axis along which its projection is largest.
     axis: usize,
     corners: [DVec3; 3],
-    extent: Extent,
-}
-
-/// Returns the lesser of two pairs, so that the reported pair does not depend on threads.
-fn lesser(a: Option<[u32; 2]>, b: Option<[u32; 2]>) -> Option<[u32; 2]> {
-    a.into_iter().chain(b).min()
-}
-
-/// Fails with the first pair of the first cell or triangle that has one.
-fn first(found: impl ParallelIterator<Item = [u32; 2]>) -> Result<(), Unproved> {
-    match found.find_first(|_| true) {
-        Some(triangles) => Err(Unproved::TrianglesMeet { triangles }),
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]

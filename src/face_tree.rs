@@ -1,0 +1,212 @@
+//! Faces in the order of a space-filling curve, with their boxes, under a hierarchy: which of them may meet.
+//!
+//! Pairs are looked for block by block, a block being some faces that follow one another along the curve. What a test needs of a
+//! face is prepared once for each block that the face is near to.
+
+use std::cmp::Ordering::{Equal, Greater, Less};
+use std::ops::Range;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::box_tree::{Box32, BoxTree, FourBoxes, LEAF, Node, in_order};
+use crate::cancel::checkpoint;
+
+/// The level of the nodes that are blocks, where the lowest has 0.
+const BLOCK_LEVEL: u32 = 4;
+
+/// The pairs of the faces of two leaves, a bit each: in the lowest four bits those of the first face with the others' first to fourth.
+const ALL_PAIRS: u16 = u16::MAX;
+
+/// Those of two faces of one leaf, once each.
+const LATER_PAIRS: u16 = 0x08ce;
+
+/// Some faces with their boxes, and the hierarchy over them.
+pub(crate) struct FaceTree {
+    /// The boxes of the faces of each leaf.
+    extents: Vec<FourBoxes>,
+    tree: BoxTree,
+}
+
+impl FaceTree {
+    /// Returns the hierarchy of at least one face within a box, each with its own, which `extent` returns again.
+    pub fn new(
+        bounds: &Box32,
+        faces: impl ParallelIterator<Item = (u32, Box32)>,
+        extent: impl Fn(u32) -> Box32 + Sync,
+    ) -> FaceTree {
+        let order = in_order(bounds, faces);
+        let of_leaf = |faces: &[u32]| {
+            let mut extents = [Box32::EMPTY; LEAF];
+            extents.iter_mut().zip(faces).for_each(|(slot, &face)| *slot = extent(face));
+            FourBoxes::of(extents)
+        };
+        let extents: Vec<FourBoxes> = order.par_chunks(LEAF).with_min_len(1 << 10).map(of_leaf).collect();
+        let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
+        FaceTree { extents, tree: BoxTree::over(order, leaves) }
+    }
+
+    /// Returns the face at each place, in the order of the curve.
+    pub fn faces(&self) -> &[u32] {
+        self.tree.order()
+    }
+
+    /// Returns the box of the face at a place.
+    pub fn extent(&self, place: usize) -> Box32 {
+        self.extents[place / LEAF].get(place % LEAF)
+    }
+
+    /// Returns what `look` finds of the pairs of faces whose boxes touch, in an order that does not depend on threads. `prepare`
+    /// returns what it needs of a face.
+    pub fn pairs<P, T: Send>(
+        &self,
+        other: &FaceTree,
+        prepare: impl Fn(u32) -> P + Sync,
+        look: impl Fn(&P, &P) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        let of_block = |block| {
+            checkpoint();
+            let mut found = Vec::new();
+            let beside = other.leaves(self.tree.bounds(block), 0, |_| true);
+            let prepare = |tree: &FaceTree, place: usize| prepare(tree.faces()[place]);
+            self.visit_pairs(block, (other, &beside), |_| ALL_PAIRS, prepare, |p, q| found.extend(look(p, q)));
+            found
+        };
+        let found: Vec<Vec<T>> = self.blocks().map(of_block).collect();
+        found.into_iter().flatten().collect()
+    }
+
+    /// Calls `look` for the pairs of places of faces whose boxes touch, of which one is wanted, until a block has some that it
+    /// returns; returns those of the first such block. `prepare` returns what `look` needs of the face at a place.
+    pub fn first_of_own_pairs<P, T: Send>(
+        &self,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        prepare: impl Fn(usize) -> P + Sync,
+        look: impl Fn(&P, &P) -> Option<T> + Sync,
+    ) -> Option<Vec<T>> {
+        let wanted_of_leaf = |leaf: u32| -> u16 {
+            self.tree.places(leaf).zip(0..).map(|(place, i)| u16::from(is_wanted(place)) << i).sum()
+        };
+        let wanted: Vec<u16> =
+            (0..self.tree.leaves()).into_par_iter().with_min_len(1 << 10).map(wanted_of_leaf).collect();
+        let nodes = self.tree.marks(wanted.iter().map(|&faces| faces != 0).collect());
+        let pairs = |[a, b]: [u32; 2]| {
+            let (of_a, of_b) = (wanted[a as usize], wanted[b as usize]);
+            let one_is_wanted = (0..4).map(|i| (if of_a >> i & 1 != 0 { 0xf } else { of_b }) << (4 * i)).sum::<u16>();
+            match a.cmp(&b) {
+                Less => one_is_wanted,
+                Equal => one_is_wanted & LATER_PAIRS,
+                Greater => 0,
+            }
+        };
+        let of_block = |block| {
+            checkpoint();
+            let mut found = Vec::new();
+            let first = self.tree.leaves_under(block).start;
+            let all = nodes[self.tree.number(block)];
+            let beside = self.leaves(self.tree.bounds(block), first, |node| all || nodes[node]);
+            self.visit_pairs(block, (self, &beside), pairs, |_, place| prepare(place), |p, q| found.extend(look(p, q)));
+            (!found.is_empty()).then_some(found)
+        };
+        self.blocks().filter_map(of_block).find_first(|_| true)
+    }
+
+    /// Calls `visit` for the faces whose boxes the ray from a point along +x may meet.
+    pub fn ahead_of(&self, point: DVec3, mut visit: impl FnMut(u32)) {
+        let places = |places: Range<usize>| places.for_each(|place| visit(self.faces()[place]));
+        self.tree.visit_places(|extent| extent.is_ahead_of(point), places);
+    }
+
+    /// Returns the blocks, in order.
+    fn blocks(&self) -> impl IndexedParallelIterator<Item = Node> + '_ {
+        self.tree.nodes(BLOCK_LEVEL)
+    }
+
+    /// Returns the leaves, from one of them on, that touch a box and lie under nodes that are all open; in order.
+    fn leaves(&self, extent: &Box32, from: u32, is_open: impl Fn(usize) -> bool) -> Vec<u32> {
+        let tree = &self.tree;
+        let (mut found, mut stack) = (Vec::new(), vec![tree.root()]);
+        while let Some(node) = stack.pop() {
+            let under = tree.leaves_under(node);
+            if under.end <= from || !is_open(tree.number(node)) || !tree.bounds(node).touches(extent) {
+                continue;
+            }
+            match under.len() {
+                1 => found.push(under.start),
+                _ => tree.children(node).for_each(|child| stack.push(child)),
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// Visits the pairs of a face of a block and one of some leaves of a tree, which may be the same tree, whose boxes touch. `tested`
+    /// returns which pairs of the faces of two leaves are wanted, as [`ALL_PAIRS`] does.
+    fn visit_pairs<P>(
+        &self,
+        block: Node,
+        (other, beside): (&FaceTree, &[u32]),
+        tested: impl Fn([u32; 2]) -> u16,
+        prepare: impl Fn(&FaceTree, usize) -> P,
+        mut visit: impl FnMut(&P, &P),
+    ) {
+        if beside.is_empty() {
+            return;
+        }
+        let is_same = std::ptr::eq(self, other);
+        let own = self.tree.leaves_under(block);
+        let around_beside: Vec<Box32> = beside.iter().map(|&b| *other.tree.bounds(Node::leaf(b))).collect();
+        let fours = around_beside.chunks(4).map(|some| [0, 1, 2, 3].map(|i| *some.get(i).unwrap_or(&Box32::EMPTY)));
+        let around_beside: Vec<FourBoxes> = fours.map(FourBoxes::of).collect();
+        // What is prepared has a slot: first the faces of the block, then those beside it.
+        let mut prepared: Vec<Option<P>> = Vec::new();
+        prepared.resize_with((own.len() + beside.len()) * LEAF, || None);
+        let mut is_met = vec![false; prepared.len()];
+        let (mut pairs, mut touching) = (Vec::new(), Vec::new());
+        for (a, row) in own.clone().zip(0..) {
+            let around_a = FourBoxes::repeating(self.tree.bounds(Node::leaf(a)));
+            touching.clear();
+            for (four, first) in around_beside.iter().zip((0..).step_by(4)) {
+                for i in bits(four.touching(&around_a)) {
+                    let tested = tested([a, beside[first + i]]);
+                    touching.extend((tested != 0).then_some((first + i, tested)));
+                }
+            }
+            for (i, slot) in (0..self.tree.places(a).len()).zip(row * LEAF..) {
+                let extent = self.extents[a as usize].repeated(i);
+                for &(place, tested) in &touching {
+                    let b = beside[place];
+                    let meeting = other.extents[b as usize].touching(&extent) & u32::from(tested >> (LEAF * i));
+                    let row = if is_same && b < own.end { (b - own.start) as usize } else { own.len() + place };
+                    for j in bits(meeting) {
+                        let slots = [slot, row * LEAF + j];
+                        slots.iter().for_each(|&slot| is_met[slot] = true);
+                        pairs.push(slots);
+                    }
+                }
+            }
+        }
+        // All together, so that the loads of one do not wait for another's.
+        for (slot, _) in is_met.iter().enumerate().filter(|(_, is_met)| **is_met) {
+            let (leaf, tree) = match own.start as usize + slot / LEAF {
+                leaf if leaf < own.end as usize => (leaf, self),
+                _ => (beside[slot / LEAF - own.len()] as usize, other),
+            };
+            prepared[slot] = Some(prepare(tree, leaf * LEAF + slot % LEAF));
+        }
+        for [slot, beside] in pairs {
+            if let (Some(p), Some(q)) = (&prepared[slot], &prepared[beside]) {
+                visit(p, q);
+            }
+        }
+    }
+}
+
+/// Returns the places of the bits that are set, from the lowest.
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lowest = (mask != 0).then(|| mask.trailing_zeros() as usize)?;
+        mask &= mask - 1;
+        Some(lowest)
+    })
+}
