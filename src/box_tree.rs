@@ -2,13 +2,14 @@
 //!
 //! The nodes of a level are numbered from 0; those below node i are 2 i and 2 i + 1, so that the tree has no pointers.
 //! The lowest level holds a few items in each node. Boxes are rounded outwards to `f32`. The order is that of Morton
-//! codes of the centres (Morton 1966), which a parallel sort finds in a fraction of the time of a surface heuristic.
+//! codes of the centres (Morton 1966), which a sort by digits finds in a fraction of the time of a surface heuristic.
 
 use std::ops::Range;
 
 use glam::{DVec3, Vec3A, Vec4};
 use rayon::prelude::*;
 
+use crate::allocation::{vec_with_room, zeroed};
 use crate::cancel::checkpoint;
 use crate::mesh::{Aabb, TriangleMesh};
 
@@ -117,6 +118,7 @@ pub(crate) struct FourBoxes {
 }
 
 impl FourBoxes {
+    /// Returns four boxes, of which those that are [`Box32::EMPTY`] touch none.
     #[inline]
     pub fn of(boxes: [Box32; 4]) -> FourBoxes {
         let [a, b, c, d] = boxes;
@@ -225,8 +227,8 @@ impl BoxTree {
     /// Returns the bytes of the hierarchy of a mesh, for each of its triangles.
     pub fn bytes_of_triangle() -> f64 {
         let boxes = 2.0 * size_of::<Box32>() as f64 / LEAF as f64;
-        // The list that is sorted exists only while the hierarchy is built.
-        boxes + (size_of::<u32>() + size_of::<(u64, u32)>()) as f64
+        // The list that is sorted, and the one that it is sorted into, exist only while the hierarchy is built.
+        boxes + (size_of::<u32>() + 2 * size_of::<(u64, u32)>()) as f64
     }
 
     /// Returns the items in the order of the hierarchy.
@@ -368,7 +370,8 @@ impl Curve {
 /// Returns items, each with its box, in the order of the curve through a box.
 pub(crate) fn in_order(all: &Box32, items: impl ParallelIterator<Item = (u32, Box32)>) -> Vec<u32> {
     let curve = Curve::within(all);
-    let coded: Vec<(u64, u32)> = items.map(|(item, extent)| (curve.code(&extent), item)).collect();
+    let mut coded: Vec<(u64, u32)> = vec_with_room(items.opt_len().unwrap_or_default());
+    coded.par_extend(items.map(|(item, extent)| (curve.code(&extent), item)));
     checkpoint();
     sorted(coded).into_par_iter().with_min_len(CHUNK).map(|(_, item)| item).collect()
 }
@@ -381,7 +384,7 @@ fn sorted(mut coded: Vec<(u64, u32)>) -> Vec<(u64, u32)> {
         return coded;
     }
     // From the least significant digit on: a fraction of the time of a comparison sort on two threads.
-    let mut other: Vec<(u64, u32)> = vec![(0, 0); coded.len()];
+    let mut other: Vec<(u64, u32)> = zeroed(coded.len());
     for shift in (0..3 * BITS).step_by(DIGIT as usize) {
         checkpoint();
         let digit = |code: u64| (code >> shift) as usize % (1 << DIGIT);
@@ -450,6 +453,23 @@ mod tests {
             assert!(f64::from(around.min[i]) <= point[i] && point[i] <= f64::from(around.max[i]));
         }
         assert!(around.max[2] - around.min[2] <= 2.0);
+    }
+
+    #[test]
+    fn numbers_beyond_the_range_of_f32_are_rounded_outwards() {
+        let bounds = Aabb { min: DVec3::new(1e300, -1e300, 0.0), max: DVec3::new(2e300, -1e200, 1e-300) };
+        let [min, max] = Box32::of(bounds).corners();
+        assert!(min.cmple(bounds.min).all() && max.cmpge(bounds.max).all());
+    }
+
+    #[test]
+    fn many_codes_are_sorted_as_by_comparisons() {
+        // Some with the same code, and some that differ in a single digit.
+        let code = |i: u64| i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (1 + i % 3 * 20);
+        let mut coded: Vec<(u64, u32)> = (0..3 * CHUNK as u32).map(|item| (code(u64::from(item) / 2), item)).collect();
+        let found = sorted(coded.clone());
+        coded.sort_unstable();
+        assert_eq!(found, coded);
     }
 
     #[test]

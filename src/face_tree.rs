@@ -9,6 +9,7 @@ use std::ops::Range;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::allocation::vec_with_room;
 use crate::box_tree::{Box32, BoxTree, FourBoxes, LEAF, Node, in_order};
 use crate::cancel::checkpoint;
 
@@ -41,7 +42,8 @@ impl FaceTree {
             extents.iter_mut().zip(faces).for_each(|(slot, &face)| *slot = extent(face));
             FourBoxes::of(extents)
         };
-        let extents: Vec<FourBoxes> = order.par_chunks(LEAF).with_min_len(1 << 10).map(of_leaf).collect();
+        let mut extents: Vec<FourBoxes> = vec_with_room(order.len().div_ceil(LEAF));
+        extents.par_extend(order.par_chunks(LEAF).with_min_len(1 << 10).map(of_leaf));
         let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
         FaceTree { extents, tree: BoxTree::over(order, leaves) }
     }
@@ -209,4 +211,76 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask - 1;
         Some(lowest)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Boxes of different sizes, with coordinates that often coincide.
+    fn boxes() -> impl Strategy<Value = Vec<Box32>> {
+        let side = || (-8..8i8, 0..5i8).prop_map(|(low, length)| (f64::from(low), f64::from(length) / 2.0));
+        let extent = [side(), side(), side()].prop_map(|sides| {
+            let low = DVec3::from(sides.map(|(low, _)| low));
+            Box32::around([low, low + DVec3::from(sides.map(|(_, length)| length))])
+        });
+        prop::collection::vec(extent, 1..400)
+    }
+
+    /// Returns the tree of boxes whose faces are numbered from `first`.
+    fn tree(boxes: &[Box32], first: u32) -> FaceTree {
+        let bounds = boxes.iter().copied().fold(Box32::EMPTY, Box32::union);
+        let extent = |face: u32| boxes[(face - first) as usize];
+        FaceTree::new(
+            &bounds,
+            (first..first + boxes.len() as u32).into_par_iter().map(|face| (face, extent(face))),
+            extent,
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn pairs_are_those_whose_boxes_touch(a in boxes(), b in boxes()) {
+            let mut found = tree(&a, 5).pairs(&tree(&b, 900), |face| face, |&f, &g| Some([f - 5, g - 900]));
+            found.sort_unstable();
+            let all = (0..a.len() as u32).flat_map(|f| (0..b.len() as u32).map(move |g| [f, g]));
+            let touching: Vec<_> = all.filter(|&[f, g]| a[f as usize].touches(&b[g as usize])).collect();
+            prop_assert_eq!(found, touching);
+        }
+
+        #[test]
+        fn own_pairs_are_those_of_which_one_is_wanted(boxes in boxes(), period in 1..40u32) {
+            let tree = tree(&boxes, 0);
+            let is_wanted = |face: u32| face % period == 0;
+            let place_is_wanted = |place: usize| is_wanted(tree.faces()[place]);
+            let all = std::sync::Mutex::new(Vec::new());
+            let found = tree.first_of_own_pairs(place_is_wanted, |place| tree.faces()[place], |&f, &g| {
+                all.lock().unwrap().push([f.min(g), f.max(g)]);
+                None::<()>
+            });
+            prop_assert!(found.is_none());
+            let mut all = all.into_inner().unwrap();
+            all.sort_unstable();
+            let count = boxes.len() as u32;
+            let expected = (0..count).flat_map(|f| (f + 1..count).map(move |g| [f, g]));
+            let touch = |&[f, g]: &[u32; 2]| boxes[f as usize].touches(&boxes[g as usize]);
+            let expected: Vec<_> = expected.filter(|[f, g]| is_wanted(*f) || is_wanted(*g)).filter(touch).collect();
+            prop_assert_eq!(all, expected);
+        }
+
+        #[test]
+        fn places_have_the_boxes_of_their_faces(boxes in boxes()) {
+            let tree = tree(&boxes, 0);
+            let mut faces = tree.faces().to_vec();
+            for (place, &face) in faces.iter().enumerate() {
+                prop_assert_eq!(tree.extent(place), boxes[face as usize]);
+            }
+            faces.sort_unstable();
+            prop_assert!(faces.into_iter().eq(0..boxes.len() as u32));
+        }
+    }
 }

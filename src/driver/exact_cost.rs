@@ -10,6 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::input::Solid;
+use crate::box_tree::{Box32, FourBoxes};
 use crate::mesh::{Aabb, TriangleMesh};
 
 /// Bytes of any triangle: 80 to 93 were measured.
@@ -42,17 +43,13 @@ pub struct Costs {
 
 /// Returns the bytes that an exact volume of the solids and its mesh take.
 pub fn costs(solids: &[&Solid]) -> Costs {
-    let [triangles, near] = [false, true].map(|is_near| -> f64 {
-        let of_solid = |(i, solid): (usize, &&Solid)| match is_near {
-            true => near_triangles(solids, i),
-            false => solid.mesh().triangles.len() as f64,
-        };
-        solids.iter().enumerate().map(of_solid).sum()
-    });
+    let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
+    let drawn: Vec<Drawn> = solids.iter().map(|solid| Drawn::from(solid.mesh())).collect();
+    let near: f64 = (0..solids.len()).map(|i| near_triangles(solids, &drawn, i)).sum();
     // Shells of one solid may meet, too.
     let segments: f64 = (0..solids.len())
         .flat_map(|i| (i..solids.len()).map(move |j| [i, j]))
-        .map(|pair| expected_segments(pair.map(|i| solids[i])))
+        .map(|pair| expected_segments(pair.map(|i| (solids[i], &drawn[i]))))
         .sum();
     let volume = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
     Costs { volume, mesh: volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments }
@@ -65,23 +62,32 @@ pub fn upper_bound(solids: &[&Solid]) -> f64 {
 }
 
 /// Returns about how many triangles of a solid lie in the box of another; of a single solid all.
-fn near_triangles(solids: &[&Solid], i: usize) -> f64 {
+fn near_triangles(solids: &[&Solid], drawn: &[Drawn], i: usize) -> f64 {
     let others = solids.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, other)| other.bounds());
     match others.reduce(Aabb::union) {
-        Some(around) => Drawn::from(solids[i].mesh(), around).near(),
+        Some(around) => {
+            let touching = drawn[i].triangles.iter().filter(|triangle| triangle.touches(&around)).count();
+            drawn[i].scale * touching as f64
+        }
         None => solids[i].mesh().triangles.len() as f64,
     }
 }
 
 /// Returns about how many pairs of triangles of two solids, or of one, meet, with two standard deviations of the sample.
-fn expected_segments([first, second]: [&Solid; 2]) -> f64 {
+fn expected_segments([(first, of_first), (second, of_second)]: [(&Solid, &Drawn); 2]) -> f64 {
     let is_same = std::ptr::eq(first, second);
-    let [a, b] = [(first, second), (second, first)].map(|(own, other)| Drawn::from(own.mesh(), other.bounds()));
+    let [a, b] = [(of_first, second), (of_second, first)].map(|(own, other)| own.touching(&other.bounds()));
     let compared = &a.triangles[..a.triangles.len().min(COMPARED)];
-    let met: usize = compared
-        .par_iter()
-        .map(|f| b.triangles.iter().filter(|g| f.may_meet(g) && !f.shares_a_corner_with(g)).count())
-        .sum();
+    let fours: Vec<FourBoxes> = b.triangles.chunks(4).map(Triangle::boxes).collect();
+    let met_by = |f: &Triangle| -> usize {
+        let extent = FourBoxes::repeating(&Box32::of(f.extent));
+        let of_four = |(four, some): (&FourBoxes, &[Triangle])| match four.touching(&extent) {
+            0 => 0,
+            _ => some.iter().filter(|g| f.may_meet(g) && !f.shares_a_corner_with(g)).count(),
+        };
+        fours.iter().zip(b.triangles.chunks(4)).map(of_four).sum()
+    };
+    let met: usize = compared.par_iter().map(met_by).sum();
     let share = compared.len().max(1) as f64 / a.triangles.len().max(1) as f64;
     let each_way = if is_same { 2.0 } else { 1.0 };
     (met as f64 + 2.0 * (met as f64).sqrt()) * a.scale * b.scale / share / each_way
@@ -89,15 +95,14 @@ fn expected_segments([first, second]: [&Solid; 2]) -> f64 {
 
 /// A sample of the triangles of a mesh.
 struct Drawn {
-    /// Those that touch a box.
     triangles: Vec<Triangle>,
     /// Number of triangles of the mesh for each that was drawn.
     scale: f64,
 }
 
 impl Drawn {
-    /// Draws triangles evenly, in a fixed order without a period, and keeps those that touch a box.
-    fn from(mesh: &TriangleMesh, around: Aabb) -> Drawn {
+    /// Draws triangles evenly, in a fixed order without a period.
+    fn from(mesh: &TriangleMesh) -> Drawn {
         let all = mesh.triangles.len();
         let count = all.min(DRAWN);
         // The multiples of the golden ratio, modulo 1, fill an interval evenly.
@@ -106,17 +111,19 @@ impl Drawn {
             false => ((i as f64 * 0.618_033_988_749_894_9).fract() * all as f64) as usize % all,
         };
         let triangle = |i| Triangle::new(mesh.triangles[at(i)].map(|vertex| mesh.positions[vertex as usize]));
-        let triangles = (0..count).into_par_iter().map(triangle).filter(|triangle| triangle.touches(&around)).collect();
+        let triangles = (0..count).into_par_iter().map(triangle).collect();
         Drawn { triangles, scale: all as f64 / count.max(1) as f64 }
     }
 
-    /// Returns about how many triangles of the mesh touch the box.
-    fn near(&self) -> f64 {
-        self.scale * self.triangles.len() as f64
+    /// Returns those that touch a box.
+    fn touching(&self, around: &Aabb) -> Drawn {
+        let triangles = self.triangles.iter().filter(|triangle| triangle.touches(around)).copied().collect();
+        Drawn { triangles, scale: self.scale }
     }
 }
 
 /// A triangle with its box.
+#[derive(Clone, Copy)]
 struct Triangle {
     corners: [DVec3; 3],
     extent: Aabb,
@@ -126,6 +133,11 @@ impl Triangle {
     fn new(corners: [DVec3; 3]) -> Triangle {
         let [a, b, c] = corners;
         Triangle { corners, extent: Aabb { min: a.min(b).min(c), max: a.max(b).max(c) } }
+    }
+
+    /// Returns the boxes of up to four triangles.
+    fn boxes(some: &[Triangle]) -> FourBoxes {
+        FourBoxes::of([0, 1, 2, 3].map(|i| some.get(i).map_or(Box32::EMPTY, |triangle| Box32::of(triangle.extent))))
     }
 
     fn touches(&self, around: &Aabb) -> bool {
@@ -169,6 +181,16 @@ mod tests {
         Solid::from_closed(ClosedMesh::check(all).unwrap(), "boxes")
     }
 
+    fn segments(pair: [&Solid; 2]) -> f64 {
+        let drawn = pair.map(|solid| Drawn::from(solid.mesh()));
+        expected_segments([(pair[0], &drawn[0]), (pair[1], &drawn[1])])
+    }
+
+    fn near(solids: &[&Solid], i: usize) -> f64 {
+        let drawn: Vec<Drawn> = solids.iter().map(|solid| Drawn::from(solid.mesh())).collect();
+        near_triangles(solids, &drawn, i)
+    }
+
     /// Plates across x or y, in a cube of side `count`.
     fn comb(count: usize, axis: usize) -> Solid {
         let side = count as f64;
@@ -186,7 +208,7 @@ mod tests {
         for (count, tolerance) in [(8, 0.0), (60, 0.5), (1500, 0.5)] {
             let combs = [comb(count, 0), comb(count, 1)];
             let plates = (count * count) as f64;
-            let found = expected_segments([&combs[0], &combs[1]]) / plates;
+            let found = segments([&combs[0], &combs[1]]) / plates;
             assert!((12.0 * (1.0 - tolerance)..=40.0).contains(&found), "{count}: {found} a pair of plates");
         }
     }
@@ -195,20 +217,20 @@ mod tests {
     fn solids_apart_have_no_segments_and_crossing_shells_of_one_solid_have() {
         let at = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 1.0 + 0.1 * x, 1.0 + 0.1 * x)];
         let [a, b] = [solid([at(0.0)].into_iter()), solid([at(5.0)].into_iter())];
-        assert_eq!(expected_segments([&a, &b]), 0.0);
-        assert_eq!(expected_segments([&a, &a]), 0.0);
+        assert_eq!(segments([&a, &b]), 0.0);
+        assert_eq!(segments([&a, &a]), 0.0);
         let crossing = solid([at(0.0), at(0.5)].into_iter());
-        assert!((4.0..60.0).contains(&expected_segments([&crossing, &crossing])));
+        assert!((4.0..60.0).contains(&segments([&crossing, &crossing])));
     }
 
     #[test]
     fn only_triangles_in_the_box_of_another_solid_are_near() {
         let combs = [comb(40, 0), solid([[DVec3::splat(-1.0), DVec3::splat(9.05)]].into_iter())];
         let solids = combs.each_ref();
-        assert_eq!(near_triangles(&solids, 1), 6.0);
-        let near = near_triangles(&solids, 0);
-        assert!((60.0..120.0).contains(&near), "{near}");
-        assert_eq!(near_triangles(&solids[..1], 0), 480.0);
+        assert_eq!(near(&solids, 1), 6.0);
+        let found = near(&solids, 0);
+        assert!((60.0..120.0).contains(&found), "{found}");
+        assert_eq!(near(&solids[..1], 0), 480.0);
         let Costs { volume, mesh } = costs(&solids);
         assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < upper_bound(&solids));
     }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::growth::Stars;
 use super::signs::{Plane, Vertex};
+use crate::allocation::vec_with_room;
 use crate::box_tree::Box32;
 use crate::face_tree::FaceTree;
 use crate::mesh::measure::{Frame, Sum};
@@ -316,7 +317,8 @@ impl Rounded {
             let moved = if moved == DVec3::ZERO { 0.0 } else { (moved.length() as f32).next_up() };
             (point, moved)
         };
-        let (points, moved): (Vec<DVec3>, Vec<f32>) = positions.par_iter().with_min_len(CHUNK).map(round).unzip();
+        let (mut points, mut moved) = (vec_with_room(positions.len()), Vec::new());
+        positions.par_iter().with_min_len(CHUNK).map(round).unzip_into_vecs(&mut points, &mut moved);
         // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
         let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
             true => {
@@ -325,10 +327,17 @@ impl Rounded {
             false => 0.0,
         };
         let Weld { kept, new_index } = Weld::of(&points);
-        let triangles = triangles.par_iter().map(|triangle| triangle.map(|index| new_index[index as usize])).collect();
-        let (positions, vertices) = match kept.len() == points.len() {
-            true => (points, None),
-            false => (kept.par_iter().map(|&index| points[index as usize]).collect(), Some(kept)),
+        let mut welded = vec_with_room(triangles.len());
+        let renumber = |triangle: &[u32; 3]| triangle.map(|index| new_index[index as usize]);
+        welded.par_extend(triangles.par_iter().with_min_len(CHUNK).map(renumber));
+        let (triangles, vertices) = (welded, (kept.len() < points.len()).then_some(kept));
+        let positions = match &vertices {
+            None => points,
+            Some(kept) => {
+                let mut first = vec_with_room(kept.len());
+                first.par_extend(kept.par_iter().with_min_len(CHUNK).map(|&index| points[index as usize]));
+                first
+            }
         };
         let mut mesh = TriangleMesh { positions, triangles };
         let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;

@@ -143,6 +143,30 @@ mod tests {
     }
 
     #[test]
+    fn many_equal_positions_become_the_first_of_them_whatever_the_threads() {
+        // Few different coordinates, so that sets are large and spread over many blocks and threads.
+        let place = |i: u64| (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) % 37;
+        let positions: Vec<DVec3> =
+            (0..40_000).map(|i| DVec3::new(place(i) as f64, -(place(i + 1) as f64), place(i * i) as f64)).collect();
+        let mut numbers = std::collections::HashMap::new();
+        let mut kept = Vec::new();
+        let new_index: Vec<u32> = (0..)
+            .zip(&positions)
+            .map(|(index, position)| {
+                *numbers.entry(position.to_array().map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                    kept.push(index);
+                    kept.len() as u32 - 1
+                })
+            })
+            .collect();
+        for threads in [1, 4] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let weld = pool.install(|| Weld::of(&positions));
+            assert!(weld.kept == kept && weld.new_index == new_index, "{threads}");
+        }
+    }
+
+    #[test]
     fn welding_the_soup_of_a_solid_restores_the_solid() {
         let solid = crate::solids::geodesic(1.0, 20).unwrap();
         let positions = solid.triangles.iter().flatten().map(|&index| solid.positions[index as usize]).collect();
