@@ -255,7 +255,7 @@ mod tests {
         #[test]
         fn own_pairs_are_those_of_which_one_is_wanted(boxes in boxes(), period in 1..40u32) {
             let tree = tree(&boxes, 0);
-            let is_wanted = |face: u32| face % period == 0;
+            let is_wanted = |face: u32| face.is_multiple_of(period);
             let place_is_wanted = |place: usize| is_wanted(tree.faces()[place]);
             let all = std::sync::Mutex::new(Vec::new());
             let found = tree.first_of_own_pairs(place_is_wanted, |place| tree.faces()[place], |&f, &g| {
