@@ -16,6 +16,10 @@ use crate::cancel::checkpoint;
 /// The level of the nodes that are blocks, where the lowest has 0.
 const BLOCK_LEVEL: u32 = 4;
 
+/// Number of leaves that a block is compared with at once: a block with a long face may touch all, and what is prepared of them
+/// takes memory.
+const MOST_BESIDE: usize = 1024;
+
 /// The pairs of the faces of two leaves, a bit each: in the lowest four bits those of the first face with the others' first to fourth.
 const ALL_PAIRS: u16 = u16::MAX;
 
@@ -71,7 +75,9 @@ impl FaceTree {
             let mut found = Vec::new();
             let beside = other.leaves(self.tree.bounds(block), 0, |_| true);
             let prepare = |tree: &FaceTree, place: usize| prepare(tree.faces()[place]);
-            self.visit_pairs(block, (other, &beside), |_| ALL_PAIRS, prepare, |p, q| found.extend(look(p, q)));
+            for beside in beside.chunks(MOST_BESIDE) {
+                self.visit_pairs(block, (other, beside), |_| ALL_PAIRS, prepare, |p, q| found.extend(look(p, q)));
+            }
             found
         };
         let found: Vec<Vec<T>> = self.blocks().map(of_block).collect();
@@ -107,7 +113,15 @@ impl FaceTree {
             let first = self.tree.leaves_under(block).start;
             let all = nodes[self.tree.number(block)];
             let beside = self.leaves(self.tree.bounds(block), first, |node| all || nodes[node]);
-            self.visit_pairs(block, (self, &beside), pairs, |_, place| prepare(place), |p, q| found.extend(look(p, q)));
+            for beside in beside.chunks(MOST_BESIDE) {
+                self.visit_pairs(
+                    block,
+                    (self, beside),
+                    pairs,
+                    |_, place| prepare(place),
+                    |p, q| found.extend(look(p, q)),
+                );
+            }
             (!found.is_empty()).then_some(found)
         };
         self.blocks().filter_map(of_block).find_first(|_| true)
@@ -152,9 +166,7 @@ impl FaceTree {
         prepare: impl Fn(&FaceTree, usize) -> P,
         mut visit: impl FnMut(&P, &P),
     ) {
-        if beside.is_empty() {
-            return;
-        }
+        checkpoint();
         let is_same = std::ptr::eq(self, other);
         let own = self.tree.leaves_under(block);
         let around_beside: Vec<Box32> = beside.iter().map(|&b| *other.tree.bounds(Node::leaf(b))).collect();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ldi_ops::boolean::BooleanOperation;
 use ldi_ops::boolean::Expression;
-use ldi_ops::exact::mass_properties;
+use ldi_ops::exact::{mass_properties, of_solid};
 use ldi_ops::mesh::{ClosedMesh, MassProperties, TriangleMesh};
 use ldi_ops::sampler::FillRule;
 use ldi_ops::solids;
@@ -193,4 +193,26 @@ fn flat_triangles_are_refused_only_near_another_solid() {
     assert!((of(-1.0).unwrap().mass.volume - 1.0).abs() < 1e-13);
     let refused = of(2.5).unwrap_err();
     assert_eq!(refused.to_string(), "input 1: the corners of triangle 12 lie on a line");
+}
+
+#[test]
+fn a_solid_inside_out_is_the_solid() {
+    let mut mesh = cube(DVec3::ZERO, 2.0);
+    mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+    let mass = of_solid(&closed(mesh), FillRule::NonZero).unwrap().mass;
+    assert!((mass.volume - 8.0).abs() < 1e-14 && (mass.inertia.x_axis.x - 16.0 / 3.0).abs() < 1e-13);
+}
+
+#[test]
+fn faces_that_cross_far_from_the_other_solid_are_found() {
+    // A long bar that another shell crosses in its middle, far from the cube about its end, and many cubes farther away.
+    let bar = solids::cuboid(DVec3::ZERO, DVec3::new(100.0, 1.0, 1.0)).unwrap();
+    let across = solids::cuboid(DVec3::new(50.0, -1.0, -1.0), DVec3::new(51.0, 2.0, 2.0)).unwrap();
+    let far = (0..40).map(|i| cube(DVec3::new(200.0 + 2.0 * f64::from(i), 0.0, 0.0), 1.0));
+    let shells: Vec<TriangleMesh> = [bar, across].into_iter().chain(far).collect();
+    let (a, b) = (closed(together(&shells)), closed(cube(DVec3::splat(-1.0), 2.5)));
+    let common = Expression::of_inputs(BooleanOperation::Intersection, 2);
+    let found = mass_properties(&[&a, &b], &common, FillRule::NonZero).unwrap();
+    assert!((found.mass.volume - 1.5).abs() < 1e-13);
+    assert_eq!(found.with_meeting_shells, [0]);
 }
