@@ -20,7 +20,7 @@ use crate::union_find::UnionFind;
 const CHUNK: usize = 4096;
 
 /// Number of faces of a run, which have a common box; faces near one another in the mesh are mostly near one another in space.
-const RUN: usize = 32;
+const FACES_OF_RUN: usize = 32;
 
 /// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
 const BITS: i32 = 40;
@@ -94,7 +94,7 @@ pub(super) struct Body {
     pub faces: Range<u32>,
     pub points: Range<u32>,
     pub extent: Box32,
-    /// The boxes of runs of faces that follow one another, [`RUN`] each.
+    /// The boxes of runs of faces that follow one another, [`FACES_OF_RUN`] each.
     runs: Vec<Box32>,
     /// Its winding number in front of its faces; behind them it is one more.
     pub front: i32,
@@ -239,10 +239,10 @@ impl Bodies {
     ) -> impl IndexedParallelIterator<Item = (&'a Box32, Range<u32>)> + Clone + use<'a> {
         let Range { start, end } = body.faces;
         let faces = move |run: usize| {
-            let first = start + (run * RUN) as u32;
-            first..end.min(first + RUN as u32)
+            let first = start + (run * FACES_OF_RUN) as u32;
+            first..end.min(first + FACES_OF_RUN as u32)
         };
-        let runs = body.runs.par_iter().enumerate().with_min_len(CHUNK / RUN);
+        let runs = body.runs.par_iter().enumerate().with_min_len(CHUNK / FACES_OF_RUN);
         runs.map(move |(run, extent)| (extent, faces(run)))
     }
 
@@ -364,7 +364,7 @@ fn measure(mesh: &TriangleMesh) -> (Vec<Box32>, bool) {
         (Box32::of(bounds), volume)
     };
     let (runs, volumes): (Vec<Box32>, Vec<Sum>) =
-        mesh.triangles.par_chunks(RUN).with_min_len(CHUNK / RUN).map(of_run).unzip();
+        mesh.triangles.par_chunks(FACES_OF_RUN).with_min_len(CHUNK / FACES_OF_RUN).map(of_run).unzip();
     let mut volume = Sum::default();
     volumes.into_iter().for_each(|of_run| volume.join(of_run));
     (runs, volume.total() < 0.0)
