@@ -67,7 +67,7 @@ impl Box32 {
     }
 
     /// Returns the lengths of the sides.
-    pub fn extent(&self) -> Vec3A {
+    fn extent(&self) -> Vec3A {
         self.max - self.min
     }
 
@@ -118,10 +118,12 @@ pub(crate) struct FourBoxes {
 }
 
 impl FourBoxes {
-    /// Returns four boxes, of which those that are [`Box32::EMPTY`] touch none.
+    /// Returns the first four boxes; if there are fewer, the others touch none.
     #[inline]
-    pub fn of(boxes: [Box32; 4]) -> FourBoxes {
-        let [a, b, c, d] = boxes;
+    pub fn of(boxes: impl Iterator<Item = Box32>) -> FourBoxes {
+        let mut four = [Box32::EMPTY; 4];
+        four.iter_mut().zip(boxes).for_each(|(slot, found)| *slot = found);
+        let [a, b, c, d] = four;
         let along = |axis: usize, of: fn(Box32) -> Vec3A| Vec4::new(of(a)[axis], of(b)[axis], of(c)[axis], of(d)[axis]);
         FourBoxes {
             min: [0, 1, 2].map(|axis| along(axis, |of| of.min)),
@@ -302,19 +304,14 @@ impl BoxTree {
 
     /// Visits the nodes of the lowest level that lie under nodes which `enter` accepts.
     pub fn visit(&self, enter: impl Fn(&Box32) -> bool, mut each: impl FnMut(&[u32])) {
-        self.visit_places(enter, |places| each(&self.order[places]));
-    }
-
-    /// Visits the nodes of the lowest level that lie under nodes which `enter` accepts, by the places of their items.
-    pub fn visit_places(&self, enter: impl Fn(&Box32) -> bool, mut each: impl FnMut(Range<usize>)) {
         let mut stack = vec![self.root()];
         while let Some(node) = stack.pop() {
             if !enter(self.bounds(node)) {
                 continue;
             }
-            match node.level {
-                0 => each(self.places(node.index)),
-                _ => stack.extend(self.children(node)),
+            match self.items(node) {
+                Some(items) => each(items),
+                None => stack.extend(self.children(node)),
             }
         }
     }

@@ -4,7 +4,6 @@
 //! face is prepared once for each block that the face is near to.
 
 use std::cmp::Ordering::{Equal, Greater, Less};
-use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,7 +19,8 @@ const BLOCK_LEVEL: u32 = 4;
 /// takes memory.
 const MOST_BESIDE: usize = 1024;
 
-/// The pairs of the faces of two leaves, a bit each: in the lowest four bits those of the first face with the others' first to fourth.
+/// The pairs of the faces of two leaves, a bit each: in the lowest four bits those of the first face with the first to the fourth
+/// of the other leaf.
 const ALL_PAIRS: u16 = u16::MAX;
 
 /// Those of two faces of one leaf, once each.
@@ -41,11 +41,7 @@ impl FaceTree {
         extent: impl Fn(u32) -> Box32 + Sync,
     ) -> FaceTree {
         let order = in_order(bounds, faces);
-        let of_leaf = |faces: &[u32]| {
-            let mut extents = [Box32::EMPTY; LEAF];
-            extents.iter_mut().zip(faces).for_each(|(slot, &face)| *slot = extent(face));
-            FourBoxes::of(extents)
-        };
+        let of_leaf = |faces: &[u32]| FourBoxes::of(faces.iter().map(|&face| extent(face)));
         let mut extents: Vec<FourBoxes> = vec_with_room(order.len().div_ceil(LEAF));
         extents.par_extend(order.par_chunks(LEAF).with_min_len(1 << 10).map(of_leaf));
         let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
@@ -71,7 +67,6 @@ impl FaceTree {
         look: impl Fn(&P, &P) -> Option<T> + Sync,
     ) -> Vec<T> {
         let of_block = |block| {
-            checkpoint();
             let mut found = Vec::new();
             let beside = other.leaves(self.tree.bounds(block), 0, |_| true);
             let prepare = |tree: &FaceTree, place: usize| prepare(tree.faces()[place]);
@@ -108,7 +103,6 @@ impl FaceTree {
             }
         };
         let of_block = |block| {
-            checkpoint();
             let mut found = Vec::new();
             let first = self.tree.leaves_under(block).start;
             let all = nodes[self.tree.number(block)];
@@ -129,8 +123,7 @@ impl FaceTree {
 
     /// Calls `visit` for the faces whose boxes the ray from a point along +x may meet.
     pub fn ahead_of(&self, point: DVec3, mut visit: impl FnMut(u32)) {
-        let places = |places: Range<usize>| places.for_each(|place| visit(self.faces()[place]));
-        self.tree.visit_places(|extent| extent.is_ahead_of(point), places);
+        self.tree.visit(|extent| extent.is_ahead_of(point), |faces| faces.iter().for_each(|&face| visit(face)));
     }
 
     /// Returns the blocks, in order.
@@ -156,8 +149,8 @@ impl FaceTree {
         found
     }
 
-    /// Visits the pairs of a face of a block and one of some leaves of a tree, which may be the same tree, whose boxes touch. `tested`
-    /// returns which pairs of the faces of two leaves are wanted, as [`ALL_PAIRS`] does.
+    /// Visits the pairs of a face of a block and one of some leaves of a tree, which may be the same tree, whose boxes touch.
+    /// `tested` returns which pairs of the faces of two leaves are wanted, in the form of [`ALL_PAIRS`].
     fn visit_pairs<P>(
         &self,
         block: Node,
@@ -169,9 +162,8 @@ impl FaceTree {
         checkpoint();
         let is_same = std::ptr::eq(self, other);
         let own = self.tree.leaves_under(block);
-        let around_beside: Vec<Box32> = beside.iter().map(|&b| *other.tree.bounds(Node::leaf(b))).collect();
-        let fours = around_beside.chunks(4).map(|some| [0, 1, 2, 3].map(|i| *some.get(i).unwrap_or(&Box32::EMPTY)));
-        let around_beside: Vec<FourBoxes> = fours.map(FourBoxes::of).collect();
+        let around = |leaves: &[u32]| FourBoxes::of(leaves.iter().map(|&b| *other.tree.bounds(Node::leaf(b))));
+        let around_beside: Vec<FourBoxes> = beside.chunks(4).map(around).collect();
         // What is prepared has a slot: first the faces of the block, then those beside it.
         let mut prepared: Vec<Option<P>> = Vec::new();
         prepared.resize_with((own.len() + beside.len()) * LEAF, || None);
@@ -227,6 +219,8 @@ fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use proptest::prelude::*;
 
     use super::*;
@@ -250,6 +244,25 @@ mod tests {
             (first..first + boxes.len() as u32).into_par_iter().map(|face| (face, extent(face))),
             extent,
         )
+    }
+
+    #[test]
+    fn a_face_that_touches_more_leaves_than_are_compared_at_once_has_all_its_pairs() {
+        let cube = |i: u32| DVec3::new(f64::from(2 * (i % 100)), f64::from(2 * (i / 100)), 0.0);
+        let mut boxes: Vec<Box32> = (0..9000).map(|i| Box32::around([cube(i), cube(i) + DVec3::ONE])).collect();
+        let all = boxes.iter().copied().fold(Box32::EMPTY, Box32::union);
+        boxes.insert(4000, all);
+        let tree = tree(&boxes, 0);
+        assert!(tree.tree.leaves() as usize > 2 * MOST_BESIDE);
+        let count = AtomicU32::new(0);
+        let look = |&f: &u32, &g: &u32| {
+            count.fetch_add(1, Ordering::Relaxed);
+            (f != 4000 && g != 4000).then_some(())
+        };
+        assert!(tree.first_of_own_pairs(|_| true, |place| tree.faces()[place], look).is_none());
+        assert_eq!(count.into_inner(), 9000);
+        let pairs = tree.pairs(&super::tests::tree(&[all], 0), |face| face, |&face, _| Some(face));
+        assert_eq!(pairs.len(), 9001);
     }
 
     proptest! {

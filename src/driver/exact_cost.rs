@@ -66,8 +66,8 @@ fn near_triangles(solids: &[&Solid], drawn: &[Drawn], i: usize) -> f64 {
     let others = solids.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, other)| other.bounds());
     match others.reduce(Aabb::union) {
         Some(around) => {
-            let touching = drawn[i].triangles.iter().filter(|triangle| triangle.touches(&around)).count();
-            drawn[i].scale * touching as f64
+            let near = drawn[i].touching(&around);
+            near.scale * near.triangles.len() as f64
         }
         None => solids[i].mesh().triangles.len() as f64,
     }
@@ -78,7 +78,8 @@ fn expected_segments([(first, of_first), (second, of_second)]: [(&Solid, &Drawn)
     let is_same = std::ptr::eq(first, second);
     let [a, b] = [(of_first, second), (of_second, first)].map(|(own, other)| own.touching(&other.bounds()));
     let compared = &a.triangles[..a.triangles.len().min(COMPARED)];
-    let fours: Vec<FourBoxes> = b.triangles.chunks(4).map(Triangle::boxes).collect();
+    let boxes = |some: &[Triangle]| FourBoxes::of(some.iter().map(|triangle| Box32::of(triangle.extent)));
+    let fours: Vec<FourBoxes> = b.triangles.chunks(4).map(boxes).collect();
     let met_by = |f: &Triangle| -> usize {
         let extent = FourBoxes::repeating(&Box32::of(f.extent));
         let of_four = |(four, some): (&FourBoxes, &[Triangle])| match four.touching(&extent) {
@@ -133,11 +134,6 @@ impl Triangle {
     fn new(corners: [DVec3; 3]) -> Triangle {
         let [a, b, c] = corners;
         Triangle { corners, extent: Aabb { min: a.min(b).min(c), max: a.max(b).max(c) } }
-    }
-
-    /// Returns the boxes of up to four triangles.
-    fn boxes(some: &[Triangle]) -> FourBoxes {
-        FourBoxes::of([0, 1, 2, 3].map(|i| some.get(i).map_or(Box32::EMPTY, |triangle| Box32::of(triangle.extent))))
     }
 
     fn touches(&self, around: &Aabb) -> bool {

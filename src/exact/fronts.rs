@@ -34,7 +34,8 @@ const LINE: u32 = u32::MAX;
 /// A coordinate beyond the lattice.
 const BEYOND: f64 = 1.0 / SCALE + 1.0;
 
-/// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which faces of all bodies others meet.
+/// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which
+/// faces of all bodies others meet.
 ///
 /// # Errors
 /// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
