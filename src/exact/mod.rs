@@ -124,7 +124,7 @@ impl<'a> Solution<'a> {
     ///
     /// # Errors
     /// An input that is not consistently oriented, of which a shell meets itself where the result depends on it, or of which a
-    /// triangle near another input has no area.
+    /// triangle has no area and its box touches that of a triangle of another input, or the result depends on it.
     ///
     /// # Panics
     /// Panics if there is no input, or if the expression refers to one that does not exist.

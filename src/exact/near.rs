@@ -53,3 +53,42 @@ impl Near {
         faces.filter(is_found).count() == count
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::exact::bodies::{Lattice, Wholeness};
+    use crate::mesh::{ClosedMesh, TriangleMesh};
+    use crate::solids;
+    use crate::testing::meshes::{cube, together};
+
+    /// A row of cubes, of which another solid meets the first, and a bar from within that cube to the last.
+    #[test]
+    fn faces_beyond_the_box_that_is_complete_have_not_all_around() {
+        let row: Vec<TriangleMesh> = (0..40).map(|i| cube(2.0 * f64::from(i) * DVec3::X, 1.0)).collect();
+        let bar = solids::cuboid(DVec3::splat(0.8), DVec3::new(79.0, 0.9, 0.9)).unwrap();
+        let solids = [together(&[together(&row), bar]), cube(-DVec3::ONE, 1.5)];
+        let solids = solids.map(|mesh| ClosedMesh::check(mesh).unwrap());
+        let lattice = Lattice::around(solids[0].bounds().union(solids[1].bounds()));
+        let mut bodies = Bodies::default();
+        for (index, solid) in solids.iter().enumerate() {
+            bodies.add(index, solid, &lattice, Wholeness::Whole, None).unwrap();
+        }
+        let near = Near::of(0, &bodies).unwrap();
+        assert!(near.whole().is_none());
+        let has_all = |needed: &[u32]| {
+            let is_needed: Vec<bool> = bodies.bodies[0].faces.clone().map(|face| needed.contains(&face)).collect();
+            near.has_all_around(&is_needed, needed.len(), 0)
+        };
+        let found = near.tree.faces();
+        let (within, beyond): (Vec<u32>, Vec<u32>) =
+            found.iter().partition(|&&face| near.complete.contains(&bodies.extent(face)));
+        assert!(!within.is_empty() && !beyond.is_empty() && found.len() < bodies.faces.len() / 2);
+        assert!(has_all(&within));
+        assert!(!has_all(&beyond[..1]) && !has_all(&[within[0], beyond[0]]));
+        let missing = (0..bodies.bodies[0].faces.end).find(|face| !found.contains(face)).unwrap();
+        assert!(!has_all(&[within[0], missing]));
+    }
+}

@@ -465,3 +465,75 @@ fn cross(a: I64Vec3, b: I64Vec3) -> [i128; 3] {
 fn dot(a: [i128; 3], b: [i128; 3]) -> i128 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::array::uniform3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Returns the volume of three vectors by Sarrus' rule.
+    fn volume([u, v, w]: [[i128; 3]; 3]) -> i128 {
+        let along = |i: usize| u[i % 3] * v[(i + 1) % 3] * w[(i + 2) % 3];
+        let against = |i: usize| u[i % 3] * v[(i + 2) % 3] * w[(i + 1) % 3];
+        (0..3).map(along).sum::<i128>() - (0..3).map(against).sum::<i128>()
+    }
+
+    fn point(at: [i128; 3], body: u32) -> Vertex<'static> {
+        Vertex::still(DVec3::from_array(at.map(|c| c as f64)), body)
+    }
+
+    fn beyond(scale: i128, along: [i128; 3], [x, y, z]: [i128; 3]) -> [i128; 3] {
+        [scale * along[0] + x, scale * along[1] + y, scale * along[2] + z]
+    }
+
+    fn step() -> impl Strategy<Value = [i128; 3]> {
+        uniform3(-2i128..=2)
+    }
+
+    /// Returns consecutive denominators of a continued fraction, whose turn is 1 or −1.
+    fn neighbors(quotients: &[i128]) -> [[i128; 2]; 2] {
+        quotients.iter().fold([[1, 0], [0, 1]], |[last, one], q| [one, [last[0] + q * one[0], last[1] + q * one[1]]])
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        /// Four points a few steps from a long line: the products of their coordinates are 2^70 times the volume.
+        #[test]
+        fn volumes_that_rounding_hides_have_their_signs(
+            long in uniform3(-(1i128 << 36)..(1 << 36)), (v, w) in (step(), step()), (k, m) in (1i128..8, 1i128..8),
+        ) {
+            let [a, b, c, d] = [[0; 3], long, beyond(k, long, v), beyond(-m, long, w)];
+            let expected = volume([long, v, w]);
+            prop_assume!(expected != 0);
+            let plane = Plane::new([a, b, c].map(|at| point(at, 0)));
+            // (b − a) × (c − a) · (d − a) does not change with multiples of the long vector.
+            prop_assert_eq!(plane.is_in_front(&point(d, 1)), expected > 0);
+            let [from, to, r, s] = [(a, 0), (b, 0), (c, 1), (d, 1)].map(|(at, body)| point(at, body));
+            prop_assert_eq!(edges_turn([&from, &to], [&r, &s]), expected > 0);
+            // An edge crosses another plane in d, which is as near to the first.
+            let across = |sign: i128| point(beyond(sign, [1 << 37, -(1 << 36) - 3, (1 << 35) + 5], d), 1);
+            let ends = [across(1), across(-1)];
+            let through = Plane::new([d, beyond(1, d, [1, 1 << 37, 0]), beyond(1, d, [2, 3, 1 << 37])].map(|at| point(at, 2)));
+            let heights = ends.each_ref().map(|end| through.is_in_front(end));
+            prop_assert_eq!(heights[0], !heights[1]);
+            let found = plane.has_crossing_in_front(ends.each_ref(), &through, heights[0]);
+            prop_assert_eq!(found, expected > 0);
+        }
+
+        /// Two vectors of 37 bits whose turn is one unit.
+        #[test]
+        fn turns_that_rounding_hides_have_their_signs(quotients in prop::collection::vec(1i128..4, 24..60), k in 1i128..4) {
+            let quotients: Vec<i128> = quotients;
+            let most = (0..=quotients.len()).rev().find(|&n| neighbors(&quotients[..n]).as_flattened().iter().all(|&c| c < 1 << 37));
+            let [u, v] = neighbors(&quotients[..most.unwrap()]);
+            let of = |[y, z]: [i128; 2], body: u32| point([7, y, z], body);
+            let far = [k * u[0] + v[0], k * u[1] + v[1]];
+            let turn = u[0] * v[1] - u[1] * v[0];
+            prop_assert!(turn.abs() == 1);
+            prop_assert_eq!(is_left_of(&of(far, 1), [&of([0, 0], 0), &of(u, 0)]), turn > 0);
+        }
+    }
+}

@@ -188,3 +188,50 @@ fn flat(a: [DVec3; 3], b: [DVec3; 3]) -> ([Coord<f64>; 3], [Coord<f64>; 3]) {
     let seen = |p: DVec3| Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] };
     (a.map(seen), b.map(seen))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+
+    /// Points that rounding takes for points of a line, or for points of its other side (Kettner et al., "Classroom examples of
+    /// robustness problems in geometric computations", 2008).
+    #[test]
+    fn a_turn_is_certain_only_with_its_exact_sign() {
+        let ([b, c], mut uncertain) = ([[12.0, 12.0], [24.0, 24.0]], 0);
+        for (i, j) in (0..256).flat_map(|i| (0..256).map(move |j| (f64::from(i), f64::from(j)))) {
+            let a = [0.5 + i * f64::EPSILON / 2.0, 0.5 + j * f64::EPSILON / 2.0];
+            let [p, q, r] = [a, b, c].map(|[x, y]| Coord { x, y });
+            let turns = [certain_turn(a, b, c), certain_turn(b, c, a), certain_turn(c, a, b)];
+            for turn in turns {
+                assert!(turn == 0.0 || (turn > 0.0) == (orient2d(p, q, r) > 0.0) && i != j, "{i} {j} {turn}");
+                uncertain += usize::from(turn == 0.0 && i != j);
+            }
+        }
+        assert!(uncertain > 0);
+    }
+
+    #[test]
+    fn triangles_that_touch_in_a_point_meet_in_every_order() {
+        let points = |corners: [[f64; 3]; 3]| corners.map(DVec3::from_array);
+        let flat = points([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let tips = [[2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [4.0, 0.0, 0.0], [2.0, 2.0, 0.0]];
+        let above = tips.map(|tip| points([tip, [5.0, 5.0, 3.0], [5.0, 9.0, 2.0]]));
+        let through_a_side = points([[2.0, -1.0, -1.0], [2.0, 1.0, 1.0], [9.0, -9.0, 9.0]]);
+        let beside = [2.0f64.next_down(), 2.0, 2.0f64.next_up()];
+        let all = above.into_iter().chain([through_a_side]);
+        for (touching, one, other) in all.flat_map(|other| {
+            ORDERS.into_iter().flat_map(move |one| ORDERS.into_iter().map(move |of| (other, one, of)))
+        }) {
+            let (a, b) = (one.map(|i| flat[i]), other.map(|i| touching[i]));
+            assert!(apart_meet(a, b) && apart_meet(b, a), "{a:?} {b:?}");
+            assert!(!(0..3).any(|axis| are_parted(&a, &b, [3; 3], axis)), "{a:?} {b:?}");
+        }
+        // A step of rounding off the longest side, they are apart, or one pierces the other.
+        for (x, meets) in beside.into_iter().zip([true, true, false]) {
+            let tip = points([[x, 2.0, 0.0], [5.0, 5.0, 3.0], [5.0, 9.0, 2.0]]);
+            assert_eq!(apart_meet(flat, tip), meets, "{x}");
+        }
+    }
+}

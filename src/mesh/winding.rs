@@ -120,13 +120,15 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
 
 /// Triangles that meet no others elsewhere than in corners and sides that they share.
 pub(crate) struct Sheets {
-    /// The sets of these triangles that are connected by sides of exactly two triangles, which use them in opposite directions.
+    /// The sets of these triangles that are connected by sides of exactly two triangles; these use them in opposite directions, as
+    /// the mesh is oriented.
     pub parts: UnionFind,
     /// True if they are all triangles of the mesh, and all their sides are of this kind.
     pub are_closed: bool,
 }
 
-/// Proves that some triangles of a mesh meet no triangle of it elsewhere than in corners and sides that they share.
+/// Proves that some triangles of a closed, consistently oriented mesh meet no triangle of it elsewhere than in corners and sides
+/// that they share.
 ///
 /// `tree` holds the triangles whose boxes touch those of the triangles to be proved, by numbers that begin with `first`, and
 /// `corners` returns the corners of a triangle by such a number. `is_needed` tells for all triangles of the mesh whether they are to
@@ -153,7 +155,7 @@ const CHUNK: usize = 4096;
 /// The mark of a side of one triangle alone.
 const FREE: u32 = u32::MAX;
 
-/// The mark of a side of more than two triangles, or of two in the same direction.
+/// The mark of a side of more than two triangles.
 const CROWDED: u32 = u32::MAX - 1;
 
 /// The triangles near those that are needed, by their places in a tree, that are being tested against one another.
@@ -234,16 +236,16 @@ impl<C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'_, C> {
             }
             // The sides of `one` go from corner i to i + 1.
             let is_opposite = from == (to + 1) % 3;
-            self.note(one, if is_opposite { to } else { from }, other, is_opposite);
-            self.note(other, j, one, is_opposite);
+            self.note(one, if is_opposite { to } else { from }, other);
+            self.note(other, j, one);
         }
         None
     }
 
     /// Notes the triangle at a side of another. The mark does not depend on the order of the notes.
-    fn note(&self, facet: &Facet, side: usize, beside: &Facet, is_opposite: bool) {
+    fn note(&self, facet: &Facet, side: usize, beside: &Facet) {
         let mark = &self.neighbors[facet.place][side];
-        if mark.swap(beside.place as u32, Ordering::Relaxed) != FREE || !is_opposite {
+        if mark.swap(beside.place as u32, Ordering::Relaxed) != FREE {
             mark.store(CROWDED, Ordering::Relaxed);
         }
     }
@@ -279,7 +281,7 @@ mod tests {
         for mesh in [cube(DVec3::ZERO, 1.0), tetrahedron(), torus.clone(), reversed(&torus)] {
             assert_eq!(proof(&mesh), Ok(()));
         }
-        // A small triangle beside large ones: two levels of cells.
+        // Small triangles beside large ones.
         let mixed = together(&[cube(DVec3::ZERO, 1000.0), cube(DVec3::splat(1001.0), 0.01)]);
         assert_eq!(proof(&mixed), Ok(()));
     }

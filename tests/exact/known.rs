@@ -216,3 +216,21 @@ fn faces_that_cross_far_from_the_other_solid_are_found() {
     assert!((found.mass.volume - 1.5).abs() < 1e-13);
     assert_eq!(found.with_meeting_shells, [0]);
 }
+
+#[test]
+fn rounding_to_the_lattice_is_within_the_bound() {
+    // A tip 0.4 steps of the lattice above a lattice point.
+    let off = 0.4 * (2.0f64).powi(-39);
+    let positions = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.0, 0.0, 1.0 + off)];
+    for turn in 0..3 {
+        let triangles =
+            [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|face| [0, 1, 2].map(|i| face[(i + turn) % 3]));
+        let mesh = closed(TriangleMesh { positions: positions.clone(), triangles: triangles.to_vec() });
+        let found = mass_properties(&[&mesh], &Expression::input(0), FillRule::NonZero).unwrap().mass;
+        let error = (found.volume - (1.0 + off) / 6.0).abs();
+        assert!(
+            error > 0.1 * off && error <= found.volume_rounding && found.volume_rounding < 4.0 * off,
+            "{turn}: {error}"
+        );
+    }
+}
