@@ -228,9 +228,9 @@ impl BoxTree {
 
     /// Returns the bytes of the hierarchy of a mesh, for each of its triangles.
     pub fn bytes_of_triangle() -> f64 {
-        let boxes = 2.0 * size_of::<Box32>() as f64 / LEAF as f64;
+        let held = 2.0 * size_of::<Box32>() as f64 / LEAF as f64 + size_of::<u32>() as f64;
         // The list that is sorted, and the one that it is sorted into, exist only while the hierarchy is built.
-        boxes + (size_of::<u32>() + 2 * size_of::<(u64, u32)>()) as f64
+        held.max(2.0 * size_of::<(u64, u32)>() as f64)
     }
 
     /// Returns the items in the order of the hierarchy.

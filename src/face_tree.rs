@@ -66,16 +66,20 @@ impl FaceTree {
         prepare: impl Fn(u32) -> P + Sync,
         look: impl Fn(&P, &P) -> Option<T> + Sync,
     ) -> Vec<T> {
+        // By the blocks of the tree that has more, as they are the tasks.
+        let is_turned = self.tree.leaves() < other.tree.leaves();
+        let (more, fewer) = if is_turned { (other, self) } else { (self, other) };
         let of_block = |block| {
             let mut found = Vec::new();
-            let beside = other.leaves(self.tree.bounds(block), 0, |_| true);
+            let beside = fewer.leaves(more.tree.bounds(block), 0, |_| true);
             let prepare = |tree: &FaceTree, place: usize| prepare(tree.faces()[place]);
             for beside in beside.chunks(MOST_BESIDE) {
-                self.visit_pairs(block, (other, beside), |_| ALL_PAIRS, prepare, |p, q| found.extend(look(p, q)));
+                let look = |p: &P, q: &P| found.extend(if is_turned { look(q, p) } else { look(p, q) });
+                more.visit_pairs(block, (fewer, beside), |_| ALL_PAIRS, prepare, look);
             }
             found
         };
-        let found: Vec<Vec<T>> = self.blocks().map(of_block).collect();
+        let found: Vec<Vec<T>> = more.blocks().map(of_block).collect();
         found.into_iter().flatten().collect()
     }
 

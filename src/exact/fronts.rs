@@ -16,7 +16,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3, Vec3Swizzles};
 use rayon::prelude::*;
 
 use super::Rule;
@@ -178,14 +178,18 @@ impl Turned<'_> {
     fn least_wrong(&self, mut lines: Vec<Line<'_>>) -> Option<u32> {
         lines.sort_unstable_by(|a, b| a.point().y.total_cmp(&b.point().y).then(a.face.cmp(&b.face)));
         let numbers: Vec<AtomicI32> = lines.iter().map(|_| AtomicI32::new(0)).collect();
+        let places: Vec<DVec2> = lines.iter().map(|line| line.point().yz()).collect();
         self.bodies.runs(self.body()).for_each(|(extent, faces)| {
             // Most runs are beside all lines.
-            let [min, max] = extent.corners().map(|corner| self.turned(corner));
-            let start = lines.partition_point(|line| line.point().y < min.y);
-            let beside = lines[start..].iter().zip(&numbers[start..]).take_while(|(line, _)| line.point().y <= max.y);
-            for (line, number) in beside.filter(|(line, _)| (min.z..=max.z).contains(&line.point().z)) {
-                let change = |face: u32| self.change(line, face - self.body().faces.start);
-                number.fetch_add(faces.clone().map(change).sum(), Ordering::Relaxed);
+            if within(&places, extent.corners().map(|corner| self.turned(corner).yz())).next().is_none() {
+                return;
+            }
+            checkpoint();
+            for face in faces.map(|face| face - self.body().faces.start) {
+                let [a, b, c] = self.corners(face).map(DVec3::yz);
+                for i in within(&places, [a.min(b).min(c), a.max(b).max(c)]) {
+                    numbers[i].fetch_add(self.change(&lines[i], face), Ordering::Relaxed);
+                }
             }
         });
         let is_wrong = |(line, number): &(Line, AtomicI32)| {
@@ -197,15 +201,16 @@ impl Turned<'_> {
 
     /// Returns by how much the winding number changes where a line crosses a face before its own.
     fn change(&self, line: &Line, face: u32) -> i32 {
-        let [a, b, c] = self.corners(face);
-        let (min, max, point) = (a.min(b).min(c), a.max(b).max(c), line.point());
-        let is_beside = point.y < min.y || point.y > max.y || point.z < min.z || point.z > max.z;
-        if face == line.face || is_beside {
-            return 0;
-        }
         let plane = self.plane(face);
-        if crosses(&plane, &line.ends[0]) { line.change(&plane) } else { 0 }
+        if face != line.face && crosses(&plane, &line.ends[0]) { line.change(&plane) } else { 0 }
     }
+}
+
+/// Returns the numbers of the places in a box, where places are in the order of their first coordinates.
+fn within(places: &[DVec2], [min, max]: [DVec2; 2]) -> impl Iterator<Item = usize> {
+    let start = places.partition_point(|place| place.x < min.x);
+    let numbered = (start..).zip(&places[start..]).take_while(move |(_, place)| place.x <= max.x);
+    numbered.filter(move |(_, place)| (min.y..=max.y).contains(&place.y)).map(|(number, _)| number)
 }
 
 /// Checks the winding number in front of one face of each set.

@@ -141,35 +141,7 @@ impl Frame {
     }
 }
 
-/// A running sum with its accumulated rounding error.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sum {
-    value: f64,
-    lost: f64,
-}
-
-impl Sum {
-    /// Returns the sum.
-    pub(crate) fn total(self) -> f64 {
-        self.value + self.lost
-    }
-
-    /// Adds the terms of another sum.
-    pub(crate) fn join(&mut self, other: Sum) {
-        self.add(other.value);
-        self.add(other.lost);
-    }
-
-    #[inline]
-    pub(crate) fn add(&mut self, term: f64) {
-        let value = self.value + term;
-        let kept = value - self.value;
-        self.lost += (self.value - (value - kept)) + (term - kept);
-        self.value = value;
-    }
-}
-
-/// Several running sums, side by side, so that several are added by one instruction.
+/// Running sums with their accumulated rounding errors, side by side, so that several are added by one instruction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sums<const N: usize> {
     values: [f64; N],
@@ -183,7 +155,7 @@ impl<const N: usize> Default for Sums<N> {
 }
 
 impl<const N: usize> Sums<N> {
-    /// Adds a term to each, as [`Sum::add`] does.
+    /// Adds a term to each.
     #[inline]
     pub(crate) fn add(&mut self, terms: [f64; N]) {
         let Sums { values, lost } = self;
@@ -205,6 +177,27 @@ impl<const N: usize> Sums<N> {
     /// Returns the sums.
     pub(crate) fn totals(self) -> [f64; N] {
         std::array::from_fn(|i| self.values[i] + self.lost[i])
+    }
+}
+
+/// One such sum.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sum(Sums<1>);
+
+impl Sum {
+    #[inline]
+    pub(crate) fn add(&mut self, term: f64) {
+        self.0.add([term]);
+    }
+
+    /// Adds the terms of another sum.
+    pub(crate) fn join(&mut self, other: Sum) {
+        self.0.join(other.0);
+    }
+
+    /// Returns the sum.
+    pub(crate) fn total(self) -> f64 {
+        self.0.totals()[0]
     }
 }
 

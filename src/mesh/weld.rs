@@ -20,9 +20,8 @@ const CHUNK: usize = 8192;
 /// Number of positions whose first slots are loaded together.
 const BLOCK: usize = 64;
 
-/// The mark of an empty slot, and the slot of a position that equals nothing.
+/// The mark of an empty slot.
 const FREE: u32 = 0;
-const NONE: u32 = u32::MAX;
 
 /// The positions of a mesh that stay when those with the same coordinates are one: the first of each.
 #[derive(Debug)]
@@ -37,10 +36,8 @@ impl Weld {
     /// Finds equal positions by their hashes. 0 and −0 are the same; NaNs equal nothing.
     pub(crate) fn of(positions: &[DVec3]) -> Weld {
         let Table { entries, slots: mut new_index } = Table::of(positions);
-        let first = |(index, slot): (usize, &mut u32)| {
-            *slot = if *slot == NONE { index as u32 } else { !entries[*slot as usize].load(Ordering::Relaxed) };
-        };
-        new_index.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(first);
+        let first = |slot: &mut u32| *slot = !entries[*slot as usize].load(Ordering::Relaxed);
+        new_index.par_iter_mut().with_min_len(CHUNK).for_each(first);
         drop(entries);
         let mut kept = Vec::with_capacity(positions.len());
         for index in 0..positions.len() {
@@ -65,7 +62,7 @@ struct Table {
 
 impl Table {
     fn of(positions: &[DVec3]) -> Table {
-        let entries: Vec<AtomicU32> = zeroed((2 * positions.len()).next_power_of_two());
+        let entries: Vec<AtomicU32> = zeroed((2 * positions.len() as u64).next_power_of_two().min(1 << 32) as usize);
         let mut slots: Vec<u32> = zeroed(positions.len());
         slots.par_chunks_mut(BLOCK).zip(positions.par_chunks(BLOCK)).enumerate().with_min_len(CHUNK / BLOCK).for_each(
             |(block, (slots, positions_of_block))| {
@@ -73,11 +70,16 @@ impl Table {
                 let mask = entries.len() - 1;
                 let mut found = [FREE; BLOCK];
                 // Insertions wait for one another, and loads do not: so the entries are brought into the cache first.
-                for ((slot, found), position) in slots.iter_mut().zip(&mut found).zip(positions_of_block) {
-                    *slot = (position_hash(*position)[0] as usize & mask) as u32;
+                let indices = (block * BLOCK) as u32..;
+                for ((slot, found), (position, index)) in
+                    slots.iter_mut().zip(&mut found).zip(positions_of_block.iter().zip(indices.clone()))
+                {
+                    // NaNs equal nothing, so that each has a place of its own.
+                    let hash = if position.is_nan() { index as usize } else { position_hash(*position)[0] as usize };
+                    *slot = (hash & mask) as u32;
                     *found = entries[*slot as usize].load(Ordering::Relaxed);
                 }
-                for ((slot, found), index) in slots.iter_mut().zip(found).zip((block * BLOCK) as u32..) {
+                for ((slot, found), index) in slots.iter_mut().zip(found).zip(indices) {
                     *slot = insert(&entries, positions, index, (*slot, found));
                 }
             },
@@ -90,9 +92,6 @@ impl Table {
 #[inline]
 fn insert(entries: &[AtomicU32], positions: &[DVec3], index: u32, (first, found): (u32, u32)) -> u32 {
     let position = positions[index as usize];
-    if position.is_nan() {
-        return NONE;
-    }
     let mask = entries.len() - 1;
     let (mut slot, mut found) = (first as usize, found);
     loop {
