@@ -69,17 +69,17 @@ impl FaceTree {
         // By the blocks of the tree that has more, as they are the tasks.
         let is_turned = self.tree.leaves() < other.tree.leaves();
         let (more, fewer) = if is_turned { (other, self) } else { (self, other) };
-        let of_block = |block| {
+        let of_block = |scratch: &mut Scratch<P>, block| {
             let mut found = Vec::new();
             let beside = fewer.leaves(more.tree.bounds(block), 0, |_| true);
             let prepare = |tree: &FaceTree, place: usize| prepare(tree.faces()[place]);
             for beside in beside.chunks(MOST_BESIDE) {
                 let look = |p: &P, q: &P| found.extend(if is_turned { look(q, p) } else { look(p, q) });
-                more.visit_pairs(block, (fewer, beside), |_| ALL_PAIRS, prepare, look);
+                more.visit_pairs(block, (fewer, beside), |_| ALL_PAIRS, (scratch, &prepare), look);
             }
             found
         };
-        let found: Vec<Vec<T>> = more.blocks().map(of_block).collect();
+        let found: Vec<Vec<T>> = more.blocks().map_init(Scratch::default, of_block).collect();
         found.into_iter().flatten().collect()
     }
 
@@ -106,23 +106,18 @@ impl FaceTree {
                 Greater => 0,
             }
         };
-        let of_block = |block| {
+        let of_block = |scratch: &mut Scratch<P>, block| {
             let mut found = Vec::new();
             let first = self.tree.leaves_under(block).start;
             let all = nodes[self.tree.number(block)];
             let beside = self.leaves(self.tree.bounds(block), first, |node| all || nodes[node]);
+            let prepare = |_: &FaceTree, place: usize| prepare(place);
             for beside in beside.chunks(MOST_BESIDE) {
-                self.visit_pairs(
-                    block,
-                    (self, beside),
-                    pairs,
-                    |_, place| prepare(place),
-                    |p, q| found.extend(look(p, q)),
-                );
+                self.visit_pairs(block, (self, beside), pairs, (scratch, &prepare), |p, q| found.extend(look(p, q)));
             }
             (!found.is_empty()).then_some(found)
         };
-        self.blocks().filter_map(of_block).find_first(|_| true)
+        self.blocks().map_init(Scratch::default, of_block).find_map_first(|found| found)
     }
 
     /// Calls `visit` for the faces whose boxes the ray from a point along +x may meet.
@@ -160,19 +155,21 @@ impl FaceTree {
         block: Node,
         (other, beside): (&FaceTree, &[u32]),
         tested: impl Fn([u32; 2]) -> u16,
-        prepare: impl Fn(&FaceTree, usize) -> P,
+        (scratch, prepare): (&mut Scratch<P>, &impl Fn(&FaceTree, usize) -> P),
         mut visit: impl FnMut(&P, &P),
     ) {
         checkpoint();
+        let Scratch { around_beside, prepared, is_met, pairs, touching } = scratch;
         let is_same = std::ptr::eq(self, other);
         let own = self.tree.leaves_under(block);
         let around = |leaves: &[u32]| FourBoxes::of(leaves.iter().map(|&b| *other.tree.bounds(Node::leaf(b))));
-        let around_beside: Vec<FourBoxes> = beside.chunks(4).map(around).collect();
-        // What is prepared has a slot: first the faces of the block, then those beside it.
-        let mut prepared: Vec<Option<P>> = Vec::new();
-        prepared.resize_with((own.len() + beside.len()) * LEAF, || None);
-        let mut is_met = vec![false; prepared.len()];
-        let (mut pairs, mut touching) = (Vec::new(), Vec::new());
+        around_beside.clear();
+        around_beside.extend(beside.chunks(4).map(around));
+        let slots = (own.len() + beside.len()) * LEAF;
+        prepared.resize_with(slots.max(prepared.len()), || None);
+        is_met.clear();
+        is_met.resize(slots, false);
+        pairs.clear();
         for (a, row) in own.clone().zip(0..) {
             let around_a = FourBoxes::repeating(self.tree.bounds(Node::leaf(a)));
             touching.clear();
@@ -184,7 +181,7 @@ impl FaceTree {
             }
             for (i, slot) in (0..self.tree.places(a).len()).zip(row * LEAF..) {
                 let extent = self.extents[a as usize].repeated(i);
-                for &(place, tested) in &touching {
+                for &(place, tested) in touching.iter() {
                     let b = beside[place];
                     let meeting = other.extents[b as usize].touching(&extent) & u32::from(tested >> (LEAF * i));
                     let row = if is_same && b < own.end { (b - own.start) as usize } else { own.len() + place };
@@ -204,10 +201,35 @@ impl FaceTree {
             };
             prepared[slot] = Some(prepare(tree, leaf * LEAF + slot % LEAF));
         }
-        for [slot, beside] in pairs {
+        for &[slot, beside] in pairs.iter() {
             if let (Some(p), Some(q)) = (&prepared[slot], &prepared[beside]) {
                 visit(p, q);
             }
+        }
+    }
+}
+
+/// The room in which the pairs of one block after another are found.
+struct Scratch<P> {
+    /// The boxes of the leaves beside the block.
+    around_beside: Vec<FourBoxes>,
+    /// What is prepared of each face: first of those of the block, then of those beside it. Only faces that are met have theirs.
+    prepared: Vec<Option<P>>,
+    is_met: Vec<bool>,
+    /// The pairs of faces, by their places in `prepared`.
+    pairs: Vec<[usize; 2]>,
+    /// The leaves that touch one of the block's, by their places among those beside, and which pairs of faces are wanted.
+    touching: Vec<(usize, u16)>,
+}
+
+impl<P> Default for Scratch<P> {
+    fn default() -> Self {
+        Scratch {
+            around_beside: Vec::new(),
+            prepared: Vec::new(),
+            is_met: Vec::new(),
+            pairs: Vec::new(),
+            touching: Vec::new(),
         }
     }
 }

@@ -107,6 +107,13 @@ impl Expression {
 
     /// Returns whether a point is in the result, given whether it is in each input.
     pub fn holds(&self, in_input: impl Fn(usize) -> bool) -> bool {
+        // One operation on inputs, as most expressions are, needs no memory for values.
+        if let [Term::Input(first), others @ .., Term::Operation(operation, operands)] = &self.terms[..]
+            && *operands == others.len() + 1
+        {
+            let holds = |term: &Term| matches!(*term, Term::Input(input) if in_input(input));
+            return others.iter().fold(in_input(*first), |left, right| operation.holds(left, holds(right)));
+        }
         self.fold(in_input, |operation, operands| {
             let (first, others) = operands.split_first().expect("an operation has operands");
             others.iter().fold(*first, |left, &right| operation.holds(left, right))

@@ -45,7 +45,7 @@ impl Arrangement {
     ) -> Result<(Arrangement, Vec<Option<Near>>), NotExact> {
         let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
         let lattice = Lattice::around(bounds);
-        let mut bodies = Bodies::default();
+        let mut bodies = Bodies::with_room_for(solids);
         let rates = growing_for.map(|expression| growth::rates(expression, solids.len()));
         for (input, (mesh, &wholeness)) in solids.iter().zip(wholeness).enumerate() {
             let rate = rates.as_ref().map(|rates| rates[input]);

@@ -138,9 +138,18 @@ pub(super) struct Bodies {
     /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
     pub displaced: f64,
     stars: Stars,
+    /// The numbers of points and of faces that there will be at most.
+    room: [usize; 2],
 }
 
 impl Bodies {
+    /// Returns none, with room for some solids.
+    pub fn with_room_for(solids: &[&ClosedMesh]) -> Bodies {
+        let points = solids.iter().map(|solid| solid.mesh().positions.len()).sum();
+        let faces = solids.iter().map(|solid| solid.mesh().triangles.len()).sum();
+        Bodies { room: [points, faces], ..Bodies::default() }
+    }
+
     /// Adds a solid, as one body or as its shells, that grows at a rate or rests.
     ///
     /// # Errors
@@ -156,7 +165,9 @@ impl Bodies {
         if !mesh.oriented() {
             return Err(Unproved::NotOriented);
         }
-        let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), lattice);
+        // The arrays of the first solid become those of all.
+        let room = if self.points.is_empty() { self.room } else { [0; 2] };
+        let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), lattice, room);
         self.displaced += displaced;
         match wholeness {
             Wholeness::Whole => {
@@ -309,7 +320,8 @@ struct Rounded {
 }
 
 impl Rounded {
-    fn of(mesh: &TriangleMesh, lattice: &Lattice) -> Rounded {
+    /// Rounds a mesh, into arrays with room for at least some points and faces.
+    fn of(mesh: &TriangleMesh, lattice: &Lattice, [room_for_points, room_for_faces]: [usize; 2]) -> Rounded {
         let TriangleMesh { positions, triangles } = mesh;
         let round = |&position: &DVec3| {
             let (point, moved) = lattice.round(position);
@@ -317,7 +329,7 @@ impl Rounded {
             let moved = if moved == DVec3::ZERO { 0.0 } else { (moved.length() as f32).next_up() };
             (point, moved)
         };
-        let (mut points, mut moved) = (vec_with_room(positions.len()), Vec::new());
+        let (mut points, mut moved) = (vec_with_room(positions.len().max(room_for_points)), Vec::new());
         positions.par_iter().with_min_len(CHUNK).map(round).unzip_into_vecs(&mut points, &mut moved);
         // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
         let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
@@ -327,14 +339,14 @@ impl Rounded {
             false => 0.0,
         };
         let Weld { kept, new_index } = Weld::of(&points);
-        let mut welded = vec_with_room(triangles.len());
+        let mut welded = vec_with_room(triangles.len().max(room_for_faces));
         let renumber = |triangle: &[u32; 3]| triangle.map(|index| new_index[index as usize]);
         welded.par_extend(triangles.par_iter().with_min_len(CHUNK).map(renumber));
         let (triangles, vertices) = (welded, (kept.len() < points.len()).then_some(kept));
         let positions = match &vertices {
             None => points,
             Some(kept) => {
-                let mut first = vec_with_room(kept.len());
+                let mut first = vec_with_room(kept.len().max(room_for_points));
                 first.par_extend(kept.par_iter().with_min_len(CHUNK).map(|&index| points[index as usize]));
                 first
             }

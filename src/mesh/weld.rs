@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::TriangleMesh;
 use super::hash::position_hash;
-use crate::allocation::zeroed;
+use crate::allocation::{vec_with_room, zeroed};
 use crate::cancel::checkpoint;
 
 /// Number of positions that one task looks up.
@@ -62,7 +62,10 @@ struct Table {
 
 impl Table {
     fn of(positions: &[DVec3]) -> Table {
-        let entries: Vec<AtomicU32> = zeroed((2 * positions.len() as u64).next_power_of_two().min(1 << 32) as usize);
+        let count = (2 * positions.len() as u64).next_power_of_two().min(1 << 32) as usize;
+        let mut entries: Vec<AtomicU32> = vec_with_room(count);
+        // Written before they are read: pages that are read first are mapped twice, and all threads wait for that.
+        entries.par_extend((0..count).into_par_iter().with_min_len(CHUNK).map(|_| AtomicU32::new(FREE)));
         let mut slots: Vec<u32> = zeroed(positions.len());
         slots.par_chunks_mut(BLOCK).zip(positions.par_chunks(BLOCK)).enumerate().with_min_len(CHUNK / BLOCK).for_each(
             |(block, (slots, positions_of_block))| {
