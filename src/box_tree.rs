@@ -2,7 +2,7 @@
 //!
 //! The nodes of a level are numbered from 0; those below node i are 2 i and 2 i + 1, so that the tree has no pointers.
 //! The lowest level holds a few items in each node. Boxes are rounded outwards to `f32`. The order is that of Morton
-//! codes of the centres (Morton 1966), which a sort by digits finds in a fraction of the time of a surface heuristic.
+//! codes of the centres (Morton 1966), which a sort finds in a fraction of the time of a surface heuristic.
 
 use std::ops::Range;
 
@@ -389,13 +389,16 @@ fn sorted(mut coded: Vec<(u64, u32)>) -> Vec<(u64, u32)> {
         end += std::mem::replace(place, end);
     }
     let mut sorted: Vec<(u64, u32)> = zeroed(coded.len());
+    checkpoint();
     for item in coded {
         let place = &mut places[digit(item.0)];
         sorted[*place as usize] = item;
         *place += 1;
     }
-    checkpoint();
-    sorted.par_chunk_by_mut(|a, b| digit(a.0) == digit(b.0)).for_each(|bucket| bucket.par_sort_unstable());
+    sorted.par_chunk_by_mut(|a, b| digit(a.0) == digit(b.0)).for_each(|bucket| {
+        checkpoint();
+        bucket.par_sort_unstable();
+    });
     sorted
 }
 

@@ -37,7 +37,7 @@ impl Arrangement {
     /// without thickness as can be.
     ///
     /// # Errors
-    /// A solid that is not consistently oriented, or of which a face near another body has no area.
+    /// A solid that is not consistently oriented, or with a face without area whose box touches that of a face of another body.
     pub fn of(
         solids: &[&ClosedMesh],
         wholeness: &[Wholeness],

@@ -143,7 +143,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Returns none, with room for some solids.
+    /// Returns an empty list of bodies, with room for the points and faces of some solids.
     pub fn with_room_for(solids: &[&ClosedMesh]) -> Bodies {
         let points = solids.iter().map(|solid| solid.mesh().positions.len()).sum();
         let faces = solids.iter().map(|solid| solid.mesh().triangles.len()).sum();

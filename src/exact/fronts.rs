@@ -188,7 +188,10 @@ impl Turned<'_> {
             for face in faces.map(|face| face - self.body().faces.start) {
                 let [a, b, c] = self.corners(face).map(DVec3::yz);
                 for i in within(&places, [a.min(b).min(c), a.max(b).max(c)]) {
-                    numbers[i].fetch_add(self.change(&lines[i], face), Ordering::Relaxed);
+                    let change = self.change(&lines[i], face);
+                    if change != 0 {
+                        numbers[i].fetch_add(change, Ordering::Relaxed);
+                    }
                 }
             }
         });

@@ -123,8 +123,8 @@ impl<'a> Solution<'a> {
     /// shells.
     ///
     /// # Errors
-    /// An input that is not consistently oriented, of which a shell meets itself where the result depends on it, or of which a
-    /// triangle has no area and its box touches that of a triangle of another input, or the result depends on it.
+    /// An input that is not consistently oriented; one of which a shell meets itself where the result depends on it; or one with a
+    /// triangle without area, if its box touches that of a triangle of another input, or if the result depends on it.
     ///
     /// # Panics
     /// Panics if there is no input, or if the expression refers to one that does not exist.

@@ -66,7 +66,7 @@ mod tests {
 
     /// A row of cubes, of which another solid meets the first, and a bar from within that cube to the last.
     #[test]
-    fn faces_beyond_the_box_that_is_complete_have_not_all_around() {
+    fn faces_outside_the_complete_box_lack_some_around_them() {
         let row: Vec<TriangleMesh> = (0..40).map(|i| cube(2.0 * f64::from(i) * DVec3::X, 1.0)).collect();
         let bar = solids::cuboid(DVec3::splat(0.8), DVec3::new(79.0, 0.9, 0.9)).unwrap();
         let solids = [together(&[together(&row), bar]), cube(-DVec3::ONE, 1.5)];

@@ -199,7 +199,7 @@ mod tests {
     /// robustness problems in geometric computations", 2008).
     #[test]
     fn a_turn_is_certain_only_with_its_exact_sign() {
-        let ([b, c], mut uncertain) = ([[12.0, 12.0], [24.0, 24.0]], 0);
+        let ([b, c], mut uncertain, mut certain) = ([[12.0, 12.0], [24.0, 24.0]], 0, 0);
         for (i, j) in (0..256).flat_map(|i| (0..256).map(move |j| (f64::from(i), f64::from(j)))) {
             let a = [0.5 + i * f64::EPSILON / 2.0, 0.5 + j * f64::EPSILON / 2.0];
             let [p, q, r] = [a, b, c].map(|[x, y]| Coord { x, y });
@@ -207,9 +207,10 @@ mod tests {
             for turn in turns {
                 assert!(turn == 0.0 || (turn > 0.0) == (orient2d(p, q, r) > 0.0) && i != j, "{i} {j} {turn}");
                 uncertain += usize::from(turn == 0.0 && i != j);
+                certain += usize::from(turn != 0.0);
             }
         }
-        assert!(uncertain > 0);
+        assert!(uncertain > 0 && certain > 0, "{uncertain} {certain}");
     }
 
     #[test]
@@ -228,7 +229,7 @@ mod tests {
             assert!(apart_meet(a, b) && apart_meet(b, a), "{a:?} {b:?}");
             assert!(!(0..3).any(|axis| are_parted(&a, &b, [3; 3], axis)), "{a:?} {b:?}");
         }
-        // A step of rounding off the longest side, they are apart, or one pierces the other.
+        // Within the longest side by a step of rounding, on it, and beyond it.
         for (x, meets) in beside.into_iter().zip([true, true, false]) {
             let tip = points([[x, 2.0, 0.0], [5.0, 5.0, 3.0], [5.0, 9.0, 2.0]]);
             assert_eq!(apart_meet(flat, tip), meets, "{x}");

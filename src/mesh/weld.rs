@@ -10,7 +10,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriangleMesh;
-use super::hash::position_hash;
+use super::hash::{PI, mix, position_hash};
 use crate::allocation::{vec_with_room, zeroed};
 use crate::cancel::checkpoint;
 
@@ -77,9 +77,10 @@ impl Table {
                 for ((slot, found), (position, index)) in
                     slots.iter_mut().zip(&mut found).zip(positions_of_block.iter().zip(indices.clone()))
                 {
-                    // NaNs equal nothing, so that each has a place of its own.
-                    let hash = if position.is_nan() { index as usize } else { position_hash(*position)[0] as usize };
-                    *slot = (hash & mask) as u32;
+                    // NaNs equal nothing, so that each has a place of its own; many are spread as positions are.
+                    let of_nan = || mix(u64::from(index) ^ PI[8], PI[9]);
+                    let hash = if position.is_nan() { of_nan() } else { position_hash(*position)[0] };
+                    *slot = (hash as usize & mask) as u32;
                     *found = entries[*slot as usize].load(Ordering::Relaxed);
                 }
                 for ((slot, found), index) in slots.iter_mut().zip(found).zip(indices) {
@@ -142,6 +143,14 @@ mod tests {
         assert_eq!(mesh.positions[..3], [[1.0, 2.0, 3.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]].map(DVec3::from));
         assert_eq!(mesh.positions.len(), 5);
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3], [0, 0, 4]]);
+    }
+
+    #[test]
+    fn many_nans_stay_apart_beside_as_many_positions() {
+        let of = |i: u32| DVec3::new(f64::from(i / 2), if i < 200_000 { f64::NAN } else { 0.0 }, 0.0);
+        let Weld { kept, new_index } = Weld::of(&(0..400_000).map(of).collect::<Vec<_>>());
+        assert_eq!((kept.len(), new_index[399_999]), (300_000, 299_999));
+        assert!((0..200_000).eq(new_index[..200_000].iter().copied()));
     }
 
     #[test]

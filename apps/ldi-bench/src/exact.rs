@@ -45,6 +45,7 @@ pub fn run_meshes(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
 fn contests(plan: &Plan, json: Option<&Path>, out: Option<&str>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "exact-models")?;
+    let machine = Machine::ask();
     let flags = if out.is_some() { ["--mesh", "exact"].as_slice() } else { &["--exact"] };
     let path = out.map(|out| folder.path().join(out));
     let mut contests = Vec::new();
@@ -69,7 +70,6 @@ fn contests(plan: &Plan, json: Option<&Path>, out: Option<&str>) -> Result<(), B
         "ldi-ops: the whole process from its start to its end, reading included. Peers: steps within one process that has \
          imported all it needs; memory is that of the whole process. The difference is that of the volume, relative to ldi-ops.\n"
     );
-    let machine = Machine::ask();
     println!("{}", machine.describe());
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests}))
 }
