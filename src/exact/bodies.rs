@@ -338,20 +338,17 @@ impl Rounded {
             }
             false => 0.0,
         };
-        let Weld { kept, new_index } = Weld::of(&points);
+        drop(moved);
+        let weld = Weld::of(&points);
+        let count = points.len();
+        weld.retain(&mut points);
+        let Weld { kept, new_index } = weld;
         let mut welded = vec_with_room(triangles.len().max(room_for_faces));
         let renumber = |triangle: &[u32; 3]| triangle.map(|index| new_index[index as usize]);
         welded.par_extend(triangles.par_iter().with_min_len(CHUNK).map(renumber));
-        let (triangles, vertices) = (welded, (kept.len() < points.len()).then_some(kept));
-        let positions = match &vertices {
-            None => points,
-            Some(kept) => {
-                let mut first = vec_with_room(kept.len().max(room_for_points));
-                first.par_extend(kept.par_iter().with_min_len(CHUNK).map(|&index| points[index as usize]));
-                first
-            }
-        };
-        let mut mesh = TriangleMesh { positions, triangles };
+        drop(new_index);
+        let vertices = (kept.len() < count).then_some(kept);
+        let mut mesh = TriangleMesh { positions: points, triangles: welded };
         let is_face = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
         let kept = || (0..).zip(&mesh.triangles).filter(|(_, triangle)| is_face(triangle)).map(|(face, _)| face);
         let numbers: Option<Vec<u32>> = (!mesh.triangles.par_iter().all(is_face)).then(|| kept().collect());

@@ -50,6 +50,14 @@ impl Weld {
         }
         Weld { kept, new_index }
     }
+
+    /// Removes the positions that do not stay, in place: a copy beside them would be the most memory that a reader's caller needs.
+    pub(crate) fn retain(&self, positions: &mut Vec<DVec3>) {
+        for (place, &index) in self.kept.iter().enumerate() {
+            positions[place] = positions[index as usize];
+        }
+        positions.truncate(self.kept.len());
+    }
 }
 
 /// A hash table of positions that all threads fill at once: a slot holds the complement of the least index of its position, so
@@ -118,14 +126,14 @@ impl TriangleMesh {
     /// Replaces positions with the same coordinates by the first of them; the order of positions and triangles is kept. Returns
     /// the indices that the kept positions had, unless all are kept.
     pub fn weld(&mut self) -> Option<Vec<u32>> {
-        let Weld { kept, new_index } = Weld::of(&self.positions);
-        if kept.len() == self.positions.len() {
+        let weld = Weld::of(&self.positions);
+        if weld.kept.len() == self.positions.len() {
             return None;
         }
-        self.positions = kept.par_iter().map(|&index| self.positions[index as usize]).collect();
-        let renumber = |triangle: &mut [u32; 3]| *triangle = triangle.map(|index| new_index[index as usize]);
+        weld.retain(&mut self.positions);
+        let renumber = |triangle: &mut [u32; 3]| *triangle = triangle.map(|index| weld.new_index[index as usize]);
         self.triangles.par_iter_mut().for_each(renumber);
-        Some(kept)
+        Some(weld.kept)
     }
 }
 

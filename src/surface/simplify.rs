@@ -349,9 +349,10 @@ fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<
         [place, precision.round(place)]
     };
     let around = |triangle: [u32; 3]| Box32::around(triangle.map(places).into_iter().flatten());
-    let tree = BoxTree::new(mesh.triangles.len(), |triangle| around(mesh.triangles[triangle as usize]));
+    let boxes: Vec<Box32> = mesh.triangles.par_iter().with_min_len(256).map(|&triangle| around(triangle)).collect();
+    let tree = BoxTree::new(boxes.len(), |triangle| boxes[triangle as usize]);
     let met = |(number, &triangle): (usize, &[u32; 3])| {
-        let (bounds, mut met) = (around(triangle), Vec::new());
+        let (bounds, mut met) = (boxes[number], Vec::new());
         // Of two new ones, the later finds both.
         let is_other = |other: usize| !is_new[other] || other < number;
         tree.visit(
@@ -359,7 +360,7 @@ fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<
             |items| {
                 for &item in items.iter().filter(|&&item| is_other(item as usize)) {
                     let other = mesh.triangles[item as usize];
-                    if around(other).touches(&bounds) && do_meet(triangle, other, precision, places) {
+                    if boxes[item as usize].touches(&bounds) && do_meet(triangle, other, precision, places) {
                         met.extend([triangle, other].as_flattened().iter().map(|&vertex| places(vertex)[0]));
                     }
                 }

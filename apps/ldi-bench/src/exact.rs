@@ -13,7 +13,7 @@ use ldi_ops::sampler::FillRule;
 use serde_json::{Map, Value, json};
 
 use crate::BenchError;
-use crate::machine::Machine;
+use crate::machine::{self, Machine};
 use crate::models;
 use crate::process::{self, Entry, Plan, compete, number_at, write_json, write_models};
 use crate::table::{Table, count, number};
@@ -45,7 +45,7 @@ pub fn run_meshes(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
 fn contests(plan: &Plan, json: Option<&Path>, out: Option<&str>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "exact-models")?;
-    let machine = Machine::ask();
+    let load_before = machine::load();
     let flags = if out.is_some() { ["--mesh", "exact"].as_slice() } else { &["--exact"] };
     let path = out.map(|out| folder.path().join(out));
     let mut contests = Vec::new();
@@ -70,6 +70,7 @@ fn contests(plan: &Plan, json: Option<&Path>, out: Option<&str>) -> Result<(), B
         "ldi-ops: the whole process from its start to its end, reading included. Peers: steps within one process that has \
          imported all it needs; memory is that of the whole process. The difference is that of the volume, relative to ldi-ops.\n"
     );
+    let machine = Machine::ask_after(load_before);
     println!("{}", machine.describe());
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests}))
 }

@@ -24,11 +24,16 @@ pub struct Machine {
 impl Machine {
     /// Queries the system, and measures the speed of copying memory.
     pub fn ask() -> Machine {
+        Machine::ask_after(load())
+    }
+
+    /// Queries the system after the timings, given the load before them. The query takes memory, and the peak memory of a child
+    /// process includes that of its parent at its start.
+    pub fn ask_after(load_before: Option<f64>) -> Machine {
         let name = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
             let line = text.lines().find(|line| line.starts_with("model name"))?;
             Some(line.split_once(':')?.1.trim().to_owned())
         });
-        let load_before = load();
         Machine {
             processor: name.unwrap_or_else(|| "unknown processor".to_owned()),
             processors: std::thread::available_parallelism().map_or(1, |n| n.get()),
@@ -62,7 +67,7 @@ pub fn peak_memory() -> Option<u64> {
 }
 
 /// Returns the load average over the last minute.
-fn load() -> Option<f64> {
+pub fn load() -> Option<f64> {
     fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 

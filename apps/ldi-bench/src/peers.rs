@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::BenchError;
 use crate::clock::median;
-use crate::machine::Machine;
+use crate::machine::{self, Machine};
 use crate::models;
 use crate::process::{Plan, Run, number_at, parse_json, said_by, timed, told_by_own_json, write_json, write_models};
 use crate::table::{Table, number};
@@ -82,6 +82,7 @@ pub fn run(plan: &Plan, only: &[String], json: Option<&Path>) -> Result<(), Benc
     }
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "exact-models")?;
+    let load_before = machine::load();
     println!("### Time to a volume of a given accuracy\n\n`ldi-bench peers --runs {}`\n", plan.runs);
     let mut pairs = Vec::new();
     for (title, [a, b]) in wanted {
@@ -97,7 +98,7 @@ pub fn run(plan: &Plan, only: &[String], json: Option<&Path>) -> Result<(), Benc
          that reaches the accuracy together with the next two; of a peer the first that does, within {LIMIT} s. Peers \
          are timed without what they do before their steps, such as asking for the boxes.\n"
     );
-    let machine = Machine::ask();
+    let machine = Machine::ask_after(load_before);
     println!("{}", machine.describe());
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "pairs": pairs}))
 }

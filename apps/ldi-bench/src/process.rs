@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::BenchError;
 use crate::clock::median;
-use crate::machine::Machine;
+use crate::machine::{self, Machine};
 use crate::models;
 use crate::table::{Table, number};
 
@@ -90,6 +90,7 @@ pub struct Entry {
 pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
     let folder = tempfile::tempdir().map_err(BenchError::io("a folder for the models"))?;
     write_models(folder.path(), "models")?;
+    let load_before = machine::load();
     let mut contests = Vec::new();
     println!("### Whole processes\n\n`ldi-bench process --runs {} --peer-runs {}`\n", plan.runs, plan.peer_runs);
     for contest in &CONTESTS {
@@ -99,8 +100,7 @@ pub fn run(plan: &Plan, json: Option<&Path>) -> Result<(), BenchError> {
         contests.push(json!({"a": contest.a, "b": contest.b, "programs": entries}));
     }
     let large = large_images(plan, folder.path())?;
-    // Last, as the query takes memory, and a child's peak includes its parent's memory at the start.
-    let machine = Machine::ask();
+    let machine = Machine::ask_after(load_before);
     println!("{}", machine.describe());
     write_json(json, &json!({"runs": plan.runs, "machine": machine, "contests": contests, "large_images": large}))
 }

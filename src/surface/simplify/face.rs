@@ -38,9 +38,21 @@ impl Face {
     /// Returns the square of the distance of a point whose foot on the plane lies in the triangle.
     #[inline]
     pub fn squared_height(&self, point: DVec3) -> Option<f64> {
+        self.height_or_side(point).ok()
+    }
+
+    /// Returns the square of the distance of a point whose foot on the plane lies in the triangle, or else the number of the side
+    /// beyond which it lies the farthest, as a share of the triangle's height over that side: 0 from the first corner to the second.
+    #[inline]
+    pub fn height_or_side(&self, point: DVec3) -> Result<f64, usize> {
         let w = point - self.corners[0];
         let [s, t] = self.gradients.map(|gradient| gradient.dot(w));
-        (s >= 0.0 && t >= 0.0 && s + t <= 1.0).then(|| self.normal.dot(w).powi(2))
+        let r = 1.0 - (s + t);
+        if s >= 0.0 && t >= 0.0 && r >= 0.0 {
+            return Ok(self.normal.dot(w).powi(2));
+        }
+        // The weights of the corners, each opposite its side.
+        Err(if t <= s && t <= r { 0 } else if r <= s { 1 } else { 2 })
     }
 
     /// Returns the square of the distance of a point.

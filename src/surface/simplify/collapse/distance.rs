@@ -26,6 +26,9 @@ use crate::closest::squared_distance;
 /// distance. The ratio is 1 / cos of the angle from the mean normal of a few triangles, which is seldom more than 60°.
 const STEEP: f64 = 2.0;
 
+/// The number of triangles through which the one over a sample is looked for.
+const WALK: usize = 32;
+
 impl Collapser<'_> {
     /// Finds the errors of the new triangles by those of the old ones and the difference of both, and which triangles must be
     /// measured. Returns false where they are too far away for that.
@@ -139,8 +142,25 @@ impl Collapser<'_> {
         }
     }
 
-    /// Returns a triangle near a point and the square of its distance, found from one nearby by going to neighbours that are nearer.
+    /// Returns a triangle near a point and the square of its distance, found from one nearby.
     fn home(&self, point: DVec3, start: u32) -> (f64, u32) {
+        self.over(point, start).unwrap_or_else(|| self.nearer(point, start))
+    }
+
+    /// Goes from a triangle to the neighbour beyond the side beyond which a point lies, until it lies over one within the bound.
+    fn over(&self, point: DVec3, start: u32) -> Option<(f64, u32)> {
+        let mut triangle = start;
+        for _ in 0..WALK {
+            match Face::new(self.corners(triangle)).height_or_side(point) {
+                Ok(squared) => return (squared <= self.bound * self.bound).then_some((squared, triangle)),
+                Err(side) => triangle = self.beyond(triangle, self.sides(triangle).nth(side)?)?,
+            }
+        }
+        None
+    }
+
+    /// Goes from a triangle to neighbours that are nearer to a point.
+    fn nearer(&self, point: DVec3, start: u32) -> (f64, u32) {
         let distance = |triangle: u32| (squared_distance(point, self.corners(triangle)), triangle);
         let least = |one: &(f64, u32), other: &(f64, u32)| one.0.total_cmp(&other.0);
         let mut best = distance(start);
