@@ -78,7 +78,7 @@ impl Sampled {
     /// # Errors
     /// Those of [`surface`](Sampled::surface).
     pub fn area(&self) -> Result<f64, Error> {
-        Ok(self.surface()?.mesh()?.area())
+        Ok(self.surface()?.within(Bound::ZERO).mesh()?.area())
     }
 
     /// Returns the moments: the mean over the images.
@@ -231,7 +231,8 @@ pub struct SurfaceMesh<'s> {
 }
 
 impl<'s> SurfaceMesh<'s> {
-    /// Simplifies the mesh within a distance, in the unit of the solid.
+    /// Simplifies the mesh within a distance, in the unit of the solid; 0 keeps all triangles. Without one, the distance is 0.05
+    /// pitches.
     pub fn simplified(self, distance: f64) -> Self {
         self.within(Bound::Length(Length { value: distance, unit: None }))
     }

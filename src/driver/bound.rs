@@ -6,7 +6,7 @@ use crate::Error;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 
-/// A length above zero.
+/// A length, or zero, within which nothing moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
     /// In pitches.
@@ -16,6 +16,18 @@ pub enum Bound {
 }
 
 impl Bound {
+    /// The bound of meshes for which none is given.
+    pub const DEFAULT: Bound = Bound::Pitches(0.05);
+
+    /// No distance: all triangles stay.
+    pub const ZERO: Bound = Bound::Pitches(0.0);
+
+    /// Returns whether the surface may not move.
+    pub fn is_zero(self) -> bool {
+        let (Bound::Pitches(value) | Bound::Length(Length { value, .. })) = self;
+        value == 0.0
+    }
+
     /// Returns the bound in the unit of a raster's pitch.
     pub fn length(self, pitch: f64, unit: Option<LengthUnit>) -> Result<f64, Error> {
         match self {
@@ -30,15 +42,15 @@ impl FromStr for Bound {
 
     fn from_str(text: &str) -> Result<Bound, &'static str> {
         const INVALID: &str =
-            "expected a length above zero: 0.1h for a tenth of the pitch, 0.02 in file units, or 20um";
+            "expected a length: 0.1h for a tenth of the pitch, 0.02 in file units, 20um, or 0 for the full mesh";
         let is_pitches = |text: &str| text.trim_end().ends_with(|c: char| c.is_ascii_digit() || c == '.');
         let (number, bound): (&str, fn(Length) -> Bound) = match text.trim().strip_suffix('h') {
             Some(pitches) if is_pitches(pitches) => (pitches, |length| Bound::Pitches(length.value)),
             _ => (text, Bound::Length),
         };
         let length: Length = number.parse().map_err(|_| INVALID)?;
-        let is_positive = length.value > 0.0 && length.value.is_finite();
-        if is_positive { Ok(bound(length)) } else { Err(INVALID) }
+        let is_length = length.value >= 0.0 && length.value.is_finite();
+        if is_length { Ok(bound(length)) } else { Err(INVALID) }
     }
 }
 
@@ -47,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_are_lengths_above_zero() {
+    fn bounds_are_lengths_or_zero() {
         assert_eq!("0.1h".parse(), Ok(Bound::Pitches(0.1)));
         assert_eq!(" 2 h".parse(), Ok(Bound::Pitches(2.0)));
         assert_eq!("0.02".parse(), Ok(Bound::Length(Length { value: 0.02, unit: None })));
@@ -56,7 +68,11 @@ mod tests {
         assert_eq!("1 inch".parse::<Bound>().unwrap().length(3.0, millimetres), Ok(25.4));
         assert!("20um".parse::<Bound>().unwrap().length(3.0, None).is_err());
         assert_eq!(Bound::Pitches(0.5).length(3.0, None), Ok(1.5));
-        for wrong in ["0", "-1", "h", "0h", "1hh", "0mm", "NaN", "inf", "infh"] {
+        for zero in ["0", "0h", "0.0", "0mm", "0 h"] {
+            assert!(zero.parse::<Bound>().unwrap().is_zero(), "{zero}");
+        }
+        assert!(!Bound::DEFAULT.is_zero());
+        for wrong in ["-1", "h", "1hh", "-0.1h", "NaN", "inf", "infh"] {
             assert!(wrong.parse::<Bound>().is_err(), "{wrong}");
         }
     }

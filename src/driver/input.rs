@@ -198,7 +198,7 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
 fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), Error> {
     let file = ImageFile::read(Cursor::new(bytes), path)?;
     let imaged = file.imaged(path, file.mode(path, None)?)?;
-    let (mesh, report) = surface::mesh(&imaged, Finish::default(), Precision::Double, &Monitor::new(None))?;
+    let (mesh, report) = surface::mesh(&imaged, Finish::full(), Precision::Double, &Monitor::new(None))?;
     if mesh.triangles.is_empty() {
         return Err(Error::input(format!("{}: no lattice node lies inside the images", path.display())));
     }

@@ -350,7 +350,8 @@ pub enum Content {
 pub struct Finish {
     /// The method.
     pub method: MeshMethod,
-    /// The bound within which triangles of a mesh from images are removed; none are without it.
+    /// The bound within which triangles of a mesh from images are removed. Without one it is [`Bound::DEFAULT`], or zero if there
+    /// is too little memory for the former.
     pub surface_error: Option<Bound>,
     /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,
@@ -359,15 +360,24 @@ pub struct Finish {
 }
 
 impl Finish {
+    /// Returns the finish of meshes that keep all triangles.
+    pub fn full() -> Finish {
+        Finish { surface_error: Some(Bound::ZERO), ..Finish::default() }
+    }
+
     /// Returns whether the mesh is certainly one of images. A bound of a distance makes sense for those alone.
     pub fn is_of_images(&self) -> bool {
-        self.method == MeshMethod::Sampled || self.surface_error.is_some()
+        self.method == MeshMethod::Sampled || self.removes_triangles()
+    }
+
+    /// Returns whether a bound is asked for within which triangles are removed.
+    fn removes_triangles(&self) -> bool {
+        self.surface_error.is_some_and(|bound| !bound.is_zero())
     }
 
     /// Returns what a measurement has to keep for a file of a precision.
     pub fn request(&self, precision: Precision) -> MeshRequest {
         let method = if self.is_of_images() { MeshMethod::Sampled } else { self.method };
-        let is_simplified = self.surface_error.is_some();
-        MeshRequest { method, precision, recentre: self.recentre, is_simplified }
+        MeshRequest { method, precision, recentre: self.recentre, is_simplified: self.removes_triangles() }
     }
 }

@@ -297,7 +297,7 @@ pub fn admit_mesh(samples: u64, is_simplified: bool, limit: Limit) -> Result<(),
     let of_rays = bytes_of_mesh_sample(is_simplified) * samples as f64;
     let cost = Cost { fixed: machine::held_memory() as f64, of_rays, ..Cost::default() };
     let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
-    let otherwise = if is_simplified { "; without --surface-error it takes less" } else { "" };
+    let otherwise = if is_simplified { "; --surface-error 0, the full mesh, takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {
         Some(factor) => format!("{:.0} % of the --resolution would fit{otherwise}", (100.0 / factor).floor()),
         None => format!("no raster would fit{otherwise}"),

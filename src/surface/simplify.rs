@@ -14,10 +14,14 @@
 //! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little or
 //! few triangles are left. Distances are always from the original, or from triangles within 1/256 of the bound of it.
 //!
+//! Where a fair share of the mesh is flat, a first pass removes what is flat within 1/256 of the bound; it only adds differences up.
+//! The surface that it leaves takes the place of the original.
+//!
 //! # Limitations
-//! Where distances are measured, the original is measured at its vertices, and new triangles at points about an edge of the original
-//! apart, but at most 15 on a side and 4 inside: between these, they may be somewhat farther away. Distances are from the
-//! corresponding part of the surface, and no less than the distance from the nearest part of all.
+//! Where distances are measured, the original is measured at the vertices that the first pass leaves and at points of its large
+//! triangles, and new triangles at points about an edge of the original apart, but at most 15 on a side and 4 inside: between
+//! these, they may be somewhat farther away. Distances are from the corresponding part of the surface, and no less than the
+//! distance from the nearest part of all.
 
 mod collapse;
 mod face;
@@ -28,11 +32,14 @@ mod patch;
 mod quadric;
 mod samples;
 
+use std::borrow::Cow;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
 use self::collapse::{NONE, Standing};
+use self::original::samples;
 use self::patch::{Near, Patch, Share};
 use super::intersect::do_meet;
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
@@ -50,12 +57,16 @@ const SPLITS: [f64; 4] = [0.5, 0.37, 0.59, 0.45];
 /// A pass that removes less than this share of the triangles is the last.
 const LEAST_GAIN: f64 = 0.08;
 
-/// A pass that leaves at most this share of the original triangles is the last: in another one, few triangles would have all samples
-/// in their lists, and a cube of three million triangles took 13 s instead of 10 s.
-const LEAST_SHARE: f64 = 1.0 / 2000.0;
-
 /// A triangle whose distance from the original is at most this share of the bound takes its place in measurements.
 const FLAT: f64 = 1.0 / 256.0;
+
+/// One in this number of pairs of triangles is looked at to see whether a mesh is flat in parts, and one in that number of those must
+/// be flat.
+const PAIRS: usize = 8;
+const FLAT_PAIRS: usize = 4;
+
+/// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
+const LARGE: f64 = 4.0;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
@@ -127,9 +138,12 @@ pub fn simplify(
     if !manifold.passed() {
         return Err(SimplifyError::NotManifold { failures: manifold.failures() });
     }
-    let target = Target { original: mesh, spacing: mean_side(mesh), limits };
-    let mut state = Surface::of(mesh);
-    let (mut rounds, mut passes) = (0, 0);
+    let (mut rounds, mut passes) = (0, 1);
+    let spacing = mean_side(mesh);
+    let (flat, errors) = without_flat(mesh, &Limits { bound: FLAT * bound, ..*limits }, &acceptable, &mut rounds);
+    let (inner, homes) = points_of(&flat, spacing);
+    let target = Target { original: &flat, inner, measures: true, spacing, limits };
+    let mut state = Surface::new(&flat, errors, homes);
     for split in SPLITS {
         let before = state.triangles.len();
         let mut patches = state.patches(&target, split);
@@ -139,13 +153,65 @@ pub fn simplify(
             break;
         }
         state.take(&patches);
-        let (left, all) = (state.triangles.len() as f64, mesh.triangles.len() as f64);
-        if left >= (1.0 - LEAST_GAIN) * before as f64 || left <= LEAST_SHARE * all {
+        if state.triangles.len() as f64 >= (1.0 - LEAST_GAIN) * before as f64 {
             break;
         }
     }
-    let (mesh, _) = mesh.of_triangles(state.triangles);
+    let (mesh, _) = flat.of_triangles(state.triangles);
     Ok(Simplified { mesh, distance: state.distance, rounds, passes })
+}
+
+/// Returns a mesh without the triangles that it does not need within a small bound, and a bound of the distance of each triangle. As
+/// only differences are added up, this is quick, and later passes have less to measure where the mesh is flat. Where little of it
+/// is, the mesh stays as it is.
+fn without_flat<'m>(
+    mesh: &'m TriangleMesh,
+    limits: &Limits,
+    acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
+    rounds: &mut usize,
+) -> (Cow<'m, TriangleMesh>, Vec<f64>) {
+    let errors = vec![0.0; mesh.triangles.len()];
+    if !is_flat_in_parts(mesh, limits.bound) {
+        return (Cow::Borrowed(mesh), errors);
+    }
+    let target = Target { original: mesh, inner: Vec::new(), measures: false, spacing: 0.0, limits };
+    let mut state = Surface::new(mesh, errors.clone(), Vec::new());
+    let mut patches = state.patches(&target, SPLITS[SPLITS.len() - 1]);
+    let is_kept = resolve(&mut patches, &target, acceptable, rounds);
+    let left: usize = patches.iter().map(|patch| patch.triangles().count()).sum();
+    if !is_kept || left as f64 >= (1.0 - LEAST_GAIN) * mesh.triangles.len() as f64 {
+        return (Cow::Borrowed(mesh), errors);
+    }
+    state.take(&patches);
+    (Cow::Owned(mesh.of_triangles(state.triangles).0), state.errors)
+}
+
+/// Returns whether a fair share of a mesh is flat, by pairs of triangles that follow one another, as those of a quadrilateral do.
+fn is_flat_in_parts(mesh: &TriangleMesh, flat: f64) -> bool {
+    let is_flat = |pair: &&[[u32; 3]]| {
+        let corners = pair[0].map(|vertex| mesh.positions[vertex as usize]);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let heights = pair[1].map(|vertex| normal.dot(mesh.positions[vertex as usize] - corners[0]).abs());
+        pair[1].iter().filter(|vertex| pair[0].contains(vertex)).count() == 2
+            && heights.iter().all(|height| *height <= flat * normal.length())
+    };
+    let pairs = || mesh.triangles.chunks_exact(2).step_by(PAIRS);
+    FLAT_PAIRS * pairs().filter(is_flat).count() >= pairs().len()
+}
+
+/// Returns points on the large triangles of a mesh; and for each of its vertices, and of these points, a triangle that it lies on.
+fn points_of(mesh: &TriangleMesh, spacing: f64) -> (Vec<DVec3>, Vec<u32>) {
+    let (mut points, mut homes) = (Vec::new(), vec![NONE; mesh.positions.len()]);
+    for (triangle, indices) in (0..).zip(&mesh.triangles) {
+        indices.iter().for_each(|&vertex| homes[vertex as usize] = triangle);
+        let corners = indices.map(|vertex| mesh.positions[vertex as usize]);
+        if corners[0].distance(corners[1]).max(corners[1].distance(corners[2])) > LARGE * spacing {
+            let [a, b, c] = corners;
+            points.extend([[a, b, c], [b, c, a], [c, a, b]].into_iter().flat_map(|corners| samples(corners, spacing)));
+            homes.resize(mesh.positions.len() + points.len(), triangle);
+        }
+    }
+    (points, homes)
 }
 
 /// Returns the mean length of the sides of triangles.
@@ -160,12 +226,24 @@ fn mean_side(mesh: &TriangleMesh) -> f64 {
 /// The surface that patches must stay near, and how near.
 struct Target<'a> {
     original: &'a TriangleMesh,
-    /// The mean length of its sides.
+    /// The points at which it is measured besides its vertices.
+    inner: Vec<DVec3>,
+    /// Whether anything is measured, and not only added up.
+    measures: bool,
+    /// The mean length of sides of the mesh as given.
     spacing: f64,
     limits: &'a Limits<'a>,
 }
 
 impl Target<'_> {
+    /// Returns one of the points at which the original is measured, its vertices first.
+    fn point(&self, point: u32) -> DVec3 {
+        let positions = &self.original.positions;
+        (point as usize)
+            .checked_sub(positions.len())
+            .map_or_else(|| positions[point as usize], |inner| self.inner[inner])
+    }
+
     /// Returns the error up to which a triangle takes the place of the original.
     fn flat(&self) -> f64 {
         FLAT * self.limits.bound
@@ -176,7 +254,7 @@ impl Target<'_> {
 struct Surface {
     /// Triangles of original vertices.
     triangles: Vec<[u32; 3]>,
-    /// For each original vertex the near triangle that it is assigned to; `NONE` for unused vertices.
+    /// For each point of the original the near triangle that it is assigned to; `NONE` for unused vertices.
     homes: Vec<u32>,
     /// For each triangle, a bound of its distance from the original, in either direction.
     errors: Vec<f64>,
@@ -190,13 +268,10 @@ struct Surface {
 const MANY: u32 = u32::MAX - 1;
 
 impl Surface {
-    fn of(mesh: &TriangleMesh) -> Surface {
-        let mut homes = vec![NONE; mesh.positions.len()];
-        for (triangle, indices) in (0..).zip(&mesh.triangles) {
-            indices.iter().for_each(|&vertex| homes[vertex as usize] = triangle);
-        }
-        let (errors, is_refused) = (vec![0.0; mesh.triangles.len()], vec![false; mesh.positions.len()]);
-        Surface { triangles: mesh.triangles.clone(), homes, errors, is_refused, distance: 0.0 }
+    fn new(mesh: &TriangleMesh, errors: Vec<f64>, homes: Vec<u32>) -> Surface {
+        let is_refused = vec![false; mesh.positions.len()];
+        let distance = errors.iter().copied().fold(0.0, f64::max);
+        Surface { triangles: mesh.triangles.clone(), homes, errors, is_refused, distance }
     }
 
     /// Splits the surface into patches, with the vertices and triangles assigned to each.
@@ -209,6 +284,7 @@ impl Surface {
         let mut order: Vec<(Vec3, u32)> =
             (0..self.triangles.len()).into_par_iter().map(|triangle| (centroid(triangle), triangle as u32)).collect();
         let groups = split_at(&mut order, split);
+        drop(order);
 
         let mut patch_of_triangle = vec![NONE; self.triangles.len()];
         let mut place_of_triangle = vec![NONE; self.triangles.len()];
@@ -224,18 +300,14 @@ impl Surface {
             }
         }
         let mut shares: Vec<Share> = groups.iter().map(|_| Share::default()).collect();
-        for (vertex, &home) in (0..).zip(&self.homes).filter(|(_, home)| **home != NONE) {
+        for (point, &home) in (0..).zip(&self.homes).filter(|(_, home)| **home != NONE) {
             let share = &mut shares[patch_of_triangle[home as usize] as usize];
-            share.points.push(vertex);
+            share.points.push(point);
             share.homes.push(place_of_triangle[home as usize]);
         }
         let is_flat = |triangle: u32| self.errors[triangle as usize] <= target.flat();
-        for (triangle, indices) in (0..).zip(&self.triangles) {
-            if is_flat(triangle) {
-                shares[patch_of_triangle[triangle as usize] as usize].triangles.push(*indices);
-            }
-        }
-        for indices in &original.triangles {
+        let measured = if self.homes.is_empty() { &[][..] } else { &original.triangles };
+        for indices in measured {
             let homes = indices.map(|vertex| self.homes[vertex as usize]);
             let patches = homes.map(|home| patch_of_triangle[home as usize]);
             for (i, patch) in patches.into_iter().enumerate() {
@@ -265,7 +337,7 @@ impl Surface {
         for patch in patches {
             let first = self.triangles.len() as u32;
             self.triangles.extend(patch.triangles());
-            patch.homes().for_each(|(vertex, home)| self.homes[vertex as usize] = first + home);
+            patch.homes().for_each(|(point, home)| self.homes[point as usize] = first + home);
             self.errors.extend(patch.errors());
             self.distance = self.distance.max(patch.distance());
             patch.vertices().iter().for_each(|&vertex| self.is_refused[vertex as usize] = true);
@@ -317,6 +389,9 @@ fn resolve(
         let (mesh, _) = target.original.of_triangles(triangles);
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
         let is_new: Vec<bool> = patches.iter().flat_map(Patch::is_new).collect();
+        if !is_new.contains(&true) {
+            return true;
+        }
         let mut places = crossings(&mesh, &is_new, target.limits.precision);
         if places.is_empty() {
             places = acceptable(&mesh);
@@ -341,8 +416,19 @@ fn resolve(
     }
 }
 
+/// Returns the number of pairs of triangles of a mesh that meet elsewhere than in what they share, exactly or rounded.
+pub fn crossing_pairs(mesh: &TriangleMesh, precision: Precision) -> u64 {
+    crossing(mesh, &vec![true; mesh.triangles.len()], precision).len() as u64
+}
+
 /// Returns places at which new triangles of a mesh meet others elsewhere than in what they share, exactly or rounded.
 fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<DVec3> {
+    let pairs = crossing(mesh, is_new, precision);
+    pairs.as_flattened().as_flattened().iter().map(|&vertex| mesh.positions[vertex as usize]).collect()
+}
+
+/// Returns the pairs of a new triangle and another that meet elsewhere than in what they share, exactly or rounded.
+fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[[u32; 3]; 2]> {
     checkpoint();
     let places = |vertex: u32| {
         let place = mesh.positions[vertex as usize];
@@ -361,7 +447,7 @@ fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<
                 for &item in items.iter().filter(|&&item| is_other(item as usize)) {
                     let other = mesh.triangles[item as usize];
                     if boxes[item as usize].touches(&bounds) && do_meet(triangle, other, precision, places) {
-                        met.extend([triangle, other].as_flattened().iter().map(|&vertex| places(vertex)[0]));
+                        met.push([triangle, other]);
                     }
                 }
             },

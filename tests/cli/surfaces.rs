@@ -48,8 +48,11 @@ fn every_operation_writes_a_solid_in_every_format() {
 #[test]
 fn a_cube_keeps_its_corners_and_loses_its_triangles() {
     let folder = Folder::with_two_cubes();
-    let full = folder.json(&["sample", "a.stl", "--resolution", "20", "-o", "full.ply"]);
-    assert_eq!(full["surface"]["triangles"], 20 * 20 * 6 * 2);
+    let full = folder.json(&["sample", "a.stl", "--resolution", "20", "--surface-error", "0", "-o", "full.ply"]);
+    assert_eq!(
+        (&full["surface"]["triangles"], &full["surface"]["simplified"]),
+        (&(20 * 20 * 6 * 2).into(), &Value::Null)
+    );
     assert_eq!(full["surface"]["sub_resolution"], serde_json::json!({ "walls": 0, "gaps": 0 }));
     let arguments = ["sample", "a.stl", "--resolution", "20", "--simplify", "0.1h", "-o", "small.ply"];
     let simplified = folder.json(&arguments);
@@ -70,10 +73,20 @@ fn surface_errors_are_bounds_with_units() {
     let surface = &folder.json(&[&sample[..], &["--surface-error", "0.05h"]].concat())["surface"];
     assert_eq!(surface["triangles"], 12, "{surface}");
     assert_near(checked(&folder, "few.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
-    let alias = &folder.json(&[&sample[..], &["--simplify", "0.05h"]].concat())["surface"];
-    assert_eq!(alias, surface);
+    for same in [&["--simplify", "0.05h"][..], &[]] {
+        assert_eq!(&folder.json(&[&sample[..], same].concat())["surface"], surface, "{same:?}");
+    }
     folder.run(&[&sample[..], &["--surface-error", "1um"]].concat()).code(2).says(&["--surface-error 1um", "--unit"]);
-    folder.run(&[&sample[..], &["--surface-error", "0"]].concat()).code(2).says(&["--surface-error", "above zero"]);
+    folder.run(&[&sample[..], &["--surface-error=-1h"]].concat()).code(2).says(&["--surface-error", "0 for the full"]);
+    // Where memory lacks, the default keeps the full mesh, and what was asked for is refused.
+    let large = ["sample", "a.stl", "--resolution", "256", "--memory", "150M", "-o", "few.ply"];
+    let full = folder.json(&large);
+    assert!(warning_codes(&full).contains(&"mesh-not-simplified"));
+    assert_eq!(
+        (&full["surface"]["triangles"], &full["surface"]["simplified"]),
+        (&(256 * 256 * 12).into(), &Value::Null)
+    );
+    folder.run(&[&large[..], &["--surface-error", "0.05h"]].concat()).code(3).says(&["--surface-error 0"]);
     let without_file = ["intersect", "a.stl", "b.stl", "--surface-error", "0.05h"];
     folder.run(&without_file).code(2).says(&["--surface-error", "-o FILE"]);
 }
@@ -208,7 +221,7 @@ fn impossible_mesh_outputs_are_refused() {
     assert!(!folder.path("out.stl").exists() && !folder.path("out.npz").exists());
     folder.run(&["intersect", "a.stl", "b.stl", "--simplify", "0.1h"]).code(2).says(&["--surface-error", "-o FILE"]);
     folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--surface-error", "meshes"]);
-    folder.run(&["sample", "a.stl", "--simplify", "0", "-o", "a.stl"]).code(2).says(&["0.1h"]);
+    folder.run(&["sample", "a.stl", "--simplify", "2x", "-o", "a.stl"]).code(2).says(&["0.1h"]);
     folder.run(&["sample", "a.stl", "--axis", "x", "--resolution", "8", "-o", "x.npz"]).code(0);
     folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x only"]);
     folder.run(&["surface", "a.stl", "-o", "x.stl"]).code(2).says(&["a.stl"]);
@@ -264,13 +277,15 @@ fn meshes_of_booleans_pass_the_check_without_self_intersections() {
     for (operation, a, b, placement, target) in cases {
         let arguments =
             [operation, &model(a), &model(b), "--transform-b", placement, "--resolution", "40", "-o", target];
-        let made = folder.json(&[&arguments[..], &["--mesh", "sampled"]].concat());
-        assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
-        let found = checked(&folder, target);
-        assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");
-        // If a quadrilateral is cut into four triangles, they are still of the same surface.
-        for key in ["triangles", "components", "genus"] {
-            assert_eq!(found[key], made["surface"][key], "{operation} {key}");
+        for bound in ["0", "0.05h"] {
+            let made = folder.json(&[&arguments[..], &["--mesh", "sampled", "--surface-error", bound]].concat());
+            assert_eq!(made["surface"]["crossing_pairs"], 0, "{operation}");
+            let found = checked(&folder, target);
+            assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{operation}: {found:#}");
+            // If a quadrilateral is cut into four triangles, they are still of the same surface.
+            for key in ["triangles", "components", "genus"] {
+                assert_eq!(found[key], made["surface"][key], "{operation} {key}");
+            }
         }
     }
 }
@@ -285,7 +300,7 @@ fn far_meshes_are_refused_by_formats_that_would_round_them() {
         [&far[..], &["-o", target]].concat()
     };
     for target in ["far.stl", "far.glb"] {
-        folder.run(&sample(target)).code(2).says(&["f32", ".ply", "--recentre"]);
+        folder.run(&sample(target)).code(2).says(&["32", ".ply", "--recentre"]);
         assert!(!folder.path(target).exists());
     }
     let least_x = |found: &Value| found["bounds"]["min"][0].as_f64().unwrap();

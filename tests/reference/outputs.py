@@ -75,6 +75,8 @@ DATA_PAIRS = (
 CONSERVATIVE_PAIRS = ("rotated_boxes", "gyroid_bone", "primitive_diamond", "contained")
 SIMPLIFIED_PAIRS = ("spheres", "rotated_boxes", "gyroid_bone")
 SIMPLIFY = 0.1  # pitches
+# The bound of a mesh of images without --surface-error.
+DEFAULT_BOUND = 0.05
 
 # The triangles of an exact mesh, as a multiple of manifold3d's, which merges triangles of one plane.
 MORE_TRIANGLES = 1.6
@@ -105,12 +107,17 @@ class Case:
     # The volume from another source, where it is known.
     known_volume: float | None = None
 
+    @property
+    def bound(self):
+        """The distance in pitches by which a mesh of images may move to lose triangles; None if none is asked for."""
+        return SIMPLIFY if self.simplified else {"sampled": 0.0}.get(self.method)
+
     def arguments(self, out, told):
         """Returns the command line without the program."""
         words = [self.operation, self.a[0], self.b[0], "--mode", self.mode, "--resolution", self.resolution]
         for side, placement in (("a", self.a[1]), ("b", self.b[1])):
             words += [f"--transform-{side}", placement] if placement else []
-        words += ["--simplify", f"{SIMPLIFY}h"] if self.simplified else []
+        words += ["--surface-error", f"{self.bound}h"] if self.bound is not None else []
         words += ["--mesh", self.method] if self.method else []
         return [str(word) for word in (*words, "--quiet", "--json", told, "-o", out)]
 
@@ -287,8 +294,13 @@ def allowed_volume(right, told, case):
     if surface["method"] == "exact":
         return rounding(right, case) * right.area + 1e-7 * abs(right.volume)
     lost = sum(surface["sub_resolution"].values()) + surface["blunted_vertices"] + surface["disagreements"]
-    moved = SIMPLIFY * pitch * right.area if case.simplified else 0.0
+    moved = bound_of(case) * pitch * right.area
     return pitch**2 / 8 * right.bending + lost * pitch**3 / 2 + moved + 1e-7 * abs(right.volume)
+
+
+def bound_of(case):
+    """Returns the distance in pitches by which a mesh of images may move."""
+    return DEFAULT_BOUND if case.bound is None else case.bound
 
 
 def rounding(right, case):
@@ -412,12 +424,14 @@ def solid_complaints(case, mesh, told, right):
 def simplified_complaints(case, mesh, told):
     """Checks that a simplified mesh has fewer triangles, and stays within its bound."""
     simplified = told["surface"]["simplified"]
-    if not case.simplified:
+    if told["surface"]["method"] == "exact" or case.bound == 0:
         return [] if simplified is None else [("simplified", None, simplified)]
+    if simplified is None:
+        return [("simplified", f"within {bound_of(case)} pitches", None)]
     rows = []
     if not len(mesh.faces) < simplified["triangles_before"]:
         rows.append(("simplified", f"below {simplified['triangles_before']} triangles", len(mesh.faces)))
-    bound = SIMPLIFY * told["grid"]["pitch"] * (1 + 1e-9)
+    bound = bound_of(case) * told["grid"]["pitch"] * (1 + 1e-9)
     if not simplified["distance"] <= bound:
         rows.append(("simplified", f"within {bound}", simplified["distance"]))
     return rows
@@ -658,8 +672,9 @@ def falsehoods(case, mesh, told, right):
         yield "another genus", case, mesh, told, dataclasses.replace(right, topology=(components, genus + 1))
         yield "too many triangles", case, mesh, told, dataclasses.replace(right, triangles=len(mesh.faces) // 3)
         yield "another method", dataclasses.replace(case, method="sampled"), mesh, told, right
-    if case.simplified:
+    if told["surface"]["simplified"] is not None:
         before = {**told["surface"]["simplified"], "triangles_before": len(mesh.faces)}
+        yield "nothing simplified", case, mesh, {**told, "surface": {**told["surface"], "simplified": None}}, right
         yield "nothing simplified", case, mesh, {**told, "surface": {**told["surface"], "simplified": before}}, right
         before = {**told["surface"]["simplified"], "distance": told["grid"]["pitch"]}
         yield "simplified too far", case, mesh, {**told, "surface": {**told["surface"], "simplified": before}}, right

@@ -93,17 +93,19 @@ class Case:
     # The volume by peers, where they computed it, and the box of the result, or a box that contains it.
     volume: float | None
     box: tuple
-    simplified: bool = False
+    # The distance in pitches by which the mesh may move to lose triangles; None if none is asked for.
+    bound: float | None = None
     # Sums have meshes of images alone.
     method: str = "sampled"
 
     def arguments(self, out, told):
         words = [*self.words, "--mode", "exact", "--resolution", self.resolution, "--quiet", "--json", told, "-o", out]
+        words += [] if self.bound is None else ["--surface-error", self.bound]
         return [str(word) for word in words]
 
     def describe(self):
         names = " ".join(Path(str(word)).stem if "/" in str(word) else str(word) for word in self.words)
-        return f"{names} {self.resolution} .{self.suffix}"
+        return f"{names} {self.resolution} {'full' if self.bound == 0 else 'few'} .{self.suffix}"
 
 
 def box_of(points):
@@ -140,12 +142,13 @@ def requests():
 
 
 def cases():
-    """Yields all requests at all resolutions, with the formats in turn."""
+    """Yields all requests at all resolutions, with the formats in turn; the lowest resolution with all triangles."""
     suffixes = itertools.cycle(FORMATS)
     for operation, words, volume, box in requests():
         others = {folded[2] for folded in FOLDED if folded[:2] == (operation, Path(words[1]).stem)}
         for resolution in sorted({*RESOLUTIONS, *others}):
-            yield Case(operation, words, next(suffixes), resolution, volume, tuple(map(tuple, box)))
+            bound = 0.0 if resolution == RESOLUTIONS[0] else None
+            yield Case(operation, words, next(suffixes), resolution, volume, tuple(map(tuple, box)), bound)
 
 
 def right_of(case, mesh, told):

@@ -151,7 +151,7 @@ pub struct IntersectArguments {
 const INTERSECT_EXAMPLES: &str = "\
 Examples:
   ldi-ops intersect scaffold.stl bone.stl --unit mm
-  ldi-ops intersect scaffold.stl bone.stl --surface-error 0.05h -o common.stl
+  ldi-ops intersect scaffold.stl bone.stl -o common.stl
   ldi-ops intersect a.stl b.stl c.stl --transform c='scale(2)'
   ldi-ops intersect a.stl b.stl --axis z --mode exact --resolution 1024 --json -
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
@@ -322,7 +322,7 @@ const SURFACE_EXAMPLES: &str = "\
 Examples:
   ldi-ops sample part.stl --mode exact -o part.npz && ldi-ops surface part.npz -o again.stl
   ldi-ops intersect lattice.stl bone.stl -o common.npz && ldi-ops surface common.npz -o common.3mf
-  ldi-ops surface part.npz --surface-error 0.05h -o small.stl
+  ldi-ops surface part.npz --surface-error 0.1h -o small.stl
 
 The mesh is a closed, oriented 2-manifold. Its edges and corners are sharp if the file has
 normals, as written by `sample` and the operations; without normals they are cut off.";
@@ -557,8 +557,8 @@ pub struct ImageArguments {
 /// The processing of a mesh before it is written.
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
-    /// Remove triangles of a mesh of images while it stays within this distance of what it was: in pitches (0.05h), in file
-    /// units (0.02) or with a unit (20um); asks for a mesh of images
+    /// Remove triangles of a mesh of images while it stays within this distance of what it was: in pitches (0.1h), in file
+    /// units (0.02) or with a unit (20um); 0 keeps all, and others ask for a mesh of images [default: 0.05h]
     #[arg(long, visible_alias = "simplify", value_name = "BOUND")]
     pub surface_error: Option<Bound>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001

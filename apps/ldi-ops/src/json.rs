@@ -295,7 +295,7 @@ fn surface(report: &SurfaceReport) -> Value {
         "disagreements": sampled.map(|report| report.disagreements),
         "largest_distance": sampled.map(|report| report.largest_distance),
         "blunted_vertices": sampled.map(|report| report.blunted),
-        "crossing_pairs": sampled.and_then(|report| report.crossing_pairs),
+        "crossing_pairs": sampled.map(|report| report.crossing_pairs),
         "largest_component_share": report.largest_share,
         "recentred": report.recentred.map(|offset| offset.to_array()),
         "dropped_parts": { "count": report.dropped.parts, "volume": report.dropped.volume },

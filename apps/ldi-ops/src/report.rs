@@ -430,8 +430,8 @@ fn of_images(report: &SampledReport, length: &str) -> (String, String) {
         None => ("from images".to_owned(), ""),
     };
     let crossing = match report.crossing_pairs {
-        None | Some(0) => String::new(),
-        Some(pairs) => format!("; {pairs} pairs of triangles cross"),
+        0 => String::new(),
+        pairs => format!("; {pairs} pairs of triangles cross"),
     };
     let lost = format!(
         "; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{crossing}",

@@ -554,7 +554,7 @@ fn image_target(
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            if let (MeshMethod::Exact, Some(_)) = (method, surface_error) {
+            if method == MeshMethod::Exact && surface_error.is_some_and(|bound| !bound.is_zero()) {
                 return refuse("--surface-error bounds meshes from images; remove it, or --mesh exact");
             }
             let least_part = drop_parts.map(|args::Share(share)| share);

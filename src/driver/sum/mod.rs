@@ -246,7 +246,7 @@ fn operate(
     let whole = Setting {
         axes: &Axis::ALL,
         mode: Mode::Exact,
-        keep: Keep::Mesh(Finish::default().request(Precision::Double)),
+        keep: Keep::Mesh(Finish::full().request(Precision::Double)),
         ..setting
     };
     let between = whole.make(a, &step, seconds)?;
@@ -257,7 +257,7 @@ fn operate(
         Some(VolumeEstimate::from_axes(&axis_volumes(&between.volume_sums))),
     );
     let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume, memory: job.memory };
-    let (mesh, found) = surface::mesh(&imaged, Finish::default(), Precision::Double, progress)?;
+    let (mesh, found) = surface::mesh(&imaged, Finish::full(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
         Warning::new(code, format!("between the two steps {message}; the result lacks the same details"))

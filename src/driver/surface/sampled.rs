@@ -1,9 +1,10 @@
-//! Meshes that are contoured from images, and simplified on request.
+//! Meshes that are contoured from images, and simplified.
 
 use glam::DVec3;
 
 use super::simplified::simplified;
 use super::{Made, SurfaceReport, checked, middle, without_small_parts};
+use crate::driver::bound::Bound;
 use crate::driver::job::Finish;
 use crate::driver::memory::{self, Limit};
 use crate::integrate::VolumeEstimate;
@@ -12,6 +13,7 @@ use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::Mode;
+use crate::surface::simplify::crossing_pairs as crossing_pairs_of;
 use crate::surface::{Coordinates, Surface, contour_in};
 use crate::{Error, Warning};
 
@@ -32,16 +34,18 @@ pub struct SampledReport {
     pub largest_distance: f64,
     /// The number of vertices that could not be placed on their edge or corner.
     pub blunted: u64,
-    /// The number of pairs of triangles that cross; unknown for a simplified mesh.
-    pub crossing_pairs: Option<u64>,
-    /// The report of the simplification, if requested.
+    /// The number of pairs of triangles that cross.
+    pub crossing_pairs: u64,
+    /// The report of the simplification; `None` for the full mesh.
     pub simplified: Option<SimplifiedReport>,
+    /// Whether the mesh is full because there is too little memory to simplify it.
+    pub lacks_memory: bool,
 }
 
 /// The report of a simplification.
 #[derive(Clone, Copy, Debug)]
 pub struct SimplifiedReport {
-    /// The requested bound of the distance.
+    /// The bound of the distance.
     pub bound: f64,
     /// The largest distance that was measured, in either direction.
     pub distance: f64,
@@ -65,7 +69,7 @@ pub struct Imaged<'a> {
     pub memory: Option<u64>,
 }
 
-/// Contours images into a mesh for a file of a precision.
+/// Contours images into a mesh for a file of a precision, and simplifies it.
 pub fn mesh(
     imaged: &Imaged,
     finish: Finish,
@@ -76,27 +80,35 @@ pub fn mesh(
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
     let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
-    memory::admit_mesh(samples, finish.surface_error.is_some(), Limit::new(imaged.memory))?;
+    let admit = |is_simplified: bool| memory::admit_mesh(samples, is_simplified, Limit::new(imaged.memory));
+    let within = match finish.surface_error {
+        Some(bound) => bound,
+        None if admit(true).is_ok() => Bound::DEFAULT,
+        None => Bound::ZERO,
+    };
+    admit(!within.is_zero())?;
     progress.stage("contouring")?;
     let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
     let pitch = grid.pitch();
-    let bound = finish.surface_error.map(|bound| bound.length(pitch, imaged.unit)).transpose()?;
+    let bound = within.length(pitch, imaged.unit)?;
     let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
     let (mesh, shares) = without_small_parts(mesh, finish);
-    let (mesh, simplified) = match bound {
-        Some(bound) if !mesh.triangles.is_empty() => {
+    let (mesh, simplified, crossing_pairs) = match within.is_zero() || mesh.triangles.is_empty() {
+        true => (mesh, None, crossing_pairs),
+        false => {
             progress.stage("simplifying")?;
             let grid = grid.translated(-coordinates.offset);
             let (mesh, simplified) = simplified(mesh, &grid, bound, precision)?;
-            (mesh, Some(simplified))
+            // New triangles cross none, so only those of before may.
+            let left = if crossing_pairs == 0 { 0 } else { crossing_pairs_of(&mesh, precision) };
+            (mesh, Some(simplified), left)
         }
-        _ => (mesh, None),
     };
     let report = SampledReport {
         contoured_volume,
@@ -106,8 +118,9 @@ pub fn mesh(
         disagreements,
         largest_distance: distance,
         blunted: stayed + pulled,
-        crossing_pairs: simplified.is_none().then_some(crossing_pairs),
+        crossing_pairs,
         simplified,
+        lacks_memory: finish.surface_error.is_none() && within.is_zero(),
     };
     checked(mesh, precision, Made::Sampled(report), shares, recentred, progress)
 }
@@ -138,10 +151,17 @@ fn is_far(value: f64, error: f64, mesh: f64) -> bool {
 /// Number of lost walls and gaps, as a share of the vertices, above which there is a warning.
 const NOTEWORTHY: f64 = 1e-3;
 
-/// Returns warnings about details that the mesh lacks.
+/// Returns warnings about details that the mesh lacks, and triangles that it has for lack of memory.
 pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let Some(&SampledReport { walls, gaps, .. }) = report.sampled() else { return warnings };
+    let Some(&SampledReport { walls, gaps, lacks_memory, .. }) = report.sampled() else { return warnings };
+    if lacks_memory && report.triangles > 0 {
+        let message = format!(
+            "the mesh keeps all {} triangles: there is too little memory to remove those that its shape does not need; raise              --memory or lower --resolution, or accept this with --surface-error 0",
+            report.triangles
+        );
+        warnings.push(Warning::new("mesh-not-simplified", message));
+    }
     let lost = walls + gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
         let message = format!(

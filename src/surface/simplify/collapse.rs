@@ -169,9 +169,9 @@ impl<'a> Collapser<'a> {
 
     /// Collapses edges until no proposal passes the tests: near the original, and so that the nodes of a guard keep their sides.
     ///
-    /// `original` is called at most once, if something must be measured.
-    pub fn run(mut self, original: impl FnOnce() -> Original, guard: Option<&NodeGuard>) -> Collapsed {
-        let original = LazyCell::new(original);
+    /// `original` is called at most once, if something must be measured; without it, what would have to be measured is refused.
+    pub fn run(mut self, original: Option<impl FnOnce() -> Original>, guard: Option<&NodeGuard>) -> Collapsed {
+        let original = original.map(LazyCell::new);
         let count = self.points.len();
         let mut refused: Vec<usize> =
             self.standings.iter().map(|&standing| if standing == Standing::Open { 0 } else { PROPOSALS }).collect();
@@ -206,7 +206,7 @@ impl<'a> Collapser<'a> {
                     continue;
                 }
                 changed[from as usize] = pass;
-                if !self.holds(ends, &original, guard) {
+                if !self.holds(ends, original.as_ref(), guard) {
                     refused[from as usize] += 1;
                     continue;
                 }
@@ -271,7 +271,7 @@ impl<'a> Collapser<'a> {
     fn holds(
         &mut self,
         [from, into]: [u32; 2],
-        original: &impl Deref<Target = Original>,
+        original: Option<&impl Deref<Target = Original>>,
         guard: Option<&NodeGuard>,
     ) -> bool {
         let mut scratch = std::mem::take(&mut self.scratch);
@@ -279,7 +279,8 @@ impl<'a> Collapser<'a> {
             && self.keeps_direction([from, into], &mut scratch)
             && self.adds_up([from, into], &mut scratch)
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && (!scratch.is_measured || self.is_near([from, into], original, &mut scratch));
+            && (!scratch.is_measured
+                || original.is_some_and(|original| self.is_near([from, into], original, &mut scratch)));
         self.scratch = scratch;
         holds
     }

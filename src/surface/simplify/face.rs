@@ -52,7 +52,13 @@ impl Face {
             return Ok(self.normal.dot(w).powi(2));
         }
         // The weights of the corners, each opposite its side.
-        Err(if t <= s && t <= r { 0 } else if r <= s { 1 } else { 2 })
+        Err(if t <= s && t <= r {
+            0
+        } else if r <= s {
+            1
+        } else {
+            2
+        })
     }
 
     /// Returns the square of the distance of a point.

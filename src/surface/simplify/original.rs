@@ -53,7 +53,7 @@ impl Original {
 
 /// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3. Of the
 /// triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between is old.
-fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
+pub(super) fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
     let parts = |length: f64, most: f64| 2 * (length / (2.0 * spacing)).ceil().clamp(1.0, most / 2.0) as u32;
     let along = parts(a.distance(b), MOST_PARTS);
     let inside = parts(a.distance(b).max(b.distance(c)).max(c.distance(a)), INNER_PARTS);

@@ -27,11 +27,12 @@ pub(super) struct Patch {
 /// The part of the original assigned to a patch.
 #[derive(Default)]
 pub(super) struct Share {
-    /// Original vertices that must be near the patch.
+    /// Points of the original that must be near the patch.
     pub points: Vec<u32>,
     /// For each of `points` the triangle of the patch that it is assigned to.
     pub homes: Vec<u32>,
-    /// Triangles, by original vertices, that the patch must be near: of the original, or nearly on it.
+    /// Triangles of the original that the patch must be near, by original vertices, besides those of its own that are nearly on the
+    /// original.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -97,7 +98,7 @@ impl Patch {
         self.standings.iter().filter(|standing| **standing == Standing::Locked).count()
     }
 
-    /// Returns the original vertices, each with the triangle of the patch that it is assigned to.
+    /// Returns the points of the original, each with the triangle of the patch that it is assigned to.
     pub(super) fn homes(&self) -> impl Iterator<Item = (u32, u32)> {
         self.original.points.iter().copied().zip(self.result.homes.iter().copied())
     }
@@ -119,15 +120,17 @@ impl Patch {
         let middle = 0.5 * (min + max);
         let place = |vertex: u32| target.original.positions[vertex as usize] - middle;
         let points: Vec<DVec3> = self.vertices.iter().map(|&vertex| place(vertex)).collect();
-        let samples: Vec<DVec3> = self.original.points.iter().map(|&vertex| place(vertex)).collect();
+        let samples: Vec<DVec3> = self.original.points.iter().map(|&point| target.point(point) - middle).collect();
         let guard = target.limits.grid.map(|grid| NodeGuard::new(grid, middle));
         let (start, errors) = (self.start.clone(), self.errors.clone());
         let assigned = (&samples[..], &self.original.homes[..]);
         let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, bounds);
-        let original = || {
-            let corners: Vec<_> = self.original.triangles.iter().map(|indices| indices.map(place)).collect();
-            Original::new(&corners, target.spacing, bounds)
-        };
+        let original = target.measures.then_some(|| {
+            let own = self.start.iter().zip(&self.errors).filter(|(_, error)| **error <= target.flat());
+            let own = own.map(|(indices, _)| indices.map(|place| points[place as usize]));
+            let others = self.original.triangles.iter().map(|indices| indices.map(place));
+            Original::new(&own.chain(others).collect::<Vec<_>>(), target.spacing, bounds)
+        });
         self.result = collapser.run(original, guard.as_ref());
     }
 

@@ -35,7 +35,7 @@ pub struct MinkowskiArguments {
 const MINKOWSKI_EXAMPLES: &str = "\
 Examples:
   ldi-ops minkowski part.stl b.stl --unit mm
-  ldi-ops minkowski part.stl b.stl --surface-error 0.05h -o sum.stl
+  ldi-ops minkowski part.stl b.stl -o sum.stl
   ldi-ops minkowski scaffold.stl a.stl --difference --transform-b 'scale(0.3)' --json -
   ldi-ops minkowski bone.stl drill.stl --reflect -o obstacle.npz
   ldi-ops minkowski part.stl b.stl --memory 2G
@@ -65,7 +65,7 @@ pub struct OffsetArguments {
 const OFFSET_EXAMPLES: &str = "\
 Examples:
   ldi-ops offset part.stl --distance 0.5 --unit mm
-  ldi-ops offset part.stl --distance -0.2 --surface-error 0.05h -o shrunk.stl
+  ldi-ops offset part.stl --distance -0.2 -o shrunk.stl
   ldi-ops offset part.stl --distance 50um --unit mm
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 

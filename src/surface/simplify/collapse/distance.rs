@@ -2,7 +2,7 @@
 //!
 //! Every triangle has an error: a bound of its distance, in either direction, from the part of the original that it stands for. A
 //! collapse adds to it the distance between the triangles before and after ([`Fan`]), which costs little and holds everywhere. Where
-//! the sum exceeds the bound, the distance is measured: removed vertices are the samples of the original, each in the list of a
+//! the sum exceeds the bound, the distance is measured: points of the original are its samples, each in the list of a
 //! triangle that is within its error of the sample, and new triangles are measured from the original at points of their own
 //! ([`Original`]). Their error is then the whole bound.
 //!
@@ -87,17 +87,19 @@ impl Collapser<'_> {
     /// Measures the samples of old triangles from the new ones, and assigns them to these.
     fn are_samples_near(&mut self, scratch: &mut Scratch) -> bool {
         let Scratch { measured, faces, errors, moved, distance, .. } = scratch;
-        let is_far = |sample: u32| nearest(faces, self.samples.points[sample as usize], self.bound).is_none();
+        // Samples may lie on triangles that are nearly on the original.
+        let bound = self.bound - self.flat;
+        let is_far = |sample: u32| nearest(faces, self.samples.points[sample as usize], bound).is_none();
         if measured.iter().filter_map(|&number| self.samples.of(number).next()).any(is_far) {
             return false;
         }
         for &number in &*measured {
             checkpoint();
             let far = self.samples.of(number).find(|&sample| {
-                let nearest = nearest(faces, self.samples.points[sample as usize], self.bound);
+                let nearest = nearest(faces, self.samples.points[sample as usize], bound);
                 if let Some((squared, i)) = nearest {
                     errors[i] = errors[i].max(squared.sqrt());
-                    *distance = distance.max(squared.sqrt());
+                    *distance = distance.max(squared.sqrt() + self.flat);
                     moved.push((sample, faces[i].0));
                 }
                 nearest.is_none()
