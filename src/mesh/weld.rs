@@ -51,7 +51,7 @@ impl Weld {
         Weld { kept, new_index }
     }
 
-    /// Removes the positions that do not stay, in place: a copy beside them would be the most memory that a reader's caller needs.
+    /// Removes the positions that do not stay, in place.
     pub(crate) fn retain(&self, positions: &mut Vec<DVec3>) {
         for (place, &index) in self.kept.iter().enumerate() {
             positions[place] = positions[index as usize];

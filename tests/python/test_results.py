@@ -103,7 +103,8 @@ def test_meshes_are_closed_and_go_back_in(gyroid, bone):
     again = ldi.load((vertices, faces), unit="mm")
     assert float(again.volume()) == pytest.approx(float(common.volume()), rel=1e-12)
     image = common.sample(resolution=64)
-    full, few = image.mesh(), image.mesh(surface_error="0.2h")
+    full, few = image.mesh(surface_error=0), image.mesh(surface_error="0.2h")
+    assert len(few[1]) < len(image.mesh()[1]) < len(full[1])
     assert len(few[1]) < len(full[1]) / 2
     assert float(ldi.load(few).volume()) == pytest.approx(image.volume().value, rel=0.03)
     assert len(image.mesh(surface_error=0.2 * image.spacing)[1]) == len(few[1])

@@ -161,8 +161,8 @@ impl Image {
 
     /// The mesh as vertices, float64 (n, 3), and faces, int64 (m, 3): closed and oriented, without self-intersections.
     ///
-    /// `surface_error` lets the mesh have fewer triangles within a distance: a length in `unit`, or a text such as '0.05h' for a
-    /// share of the pitch, or '20um'. `drop_parts` drops components below a share of the volume.
+    /// `surface_error` is the distance within which triangles are removed, 0.05 pitches without it: a length in `unit`, or a text such
+    /// as '0.1h' for a share of the pitch, or '20um'; 0 keeps all. `drop_parts` drops components below a share of the volume.
     #[pyo3(signature = (surface_error=None, drop_parts=None))]
     fn mesh<'py>(
         &self,
