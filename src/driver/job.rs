@@ -283,7 +283,8 @@ pub struct MeshRequest {
     pub precision: Precision,
     /// True if a round offset is subtracted from the coordinates.
     pub recentre: bool,
-    /// True if triangles of a mesh from images are removed within a bound.
+    /// True if a bound is asked for within which triangles of a mesh from images are removed. Without one they are removed if there is
+    /// memory for it, and forecasts are those of the full mesh.
     pub is_simplified: bool,
 }
 

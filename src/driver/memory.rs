@@ -283,8 +283,8 @@ pub fn admit_images(
 
 /// Returns the largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
 ///
-/// Where triangles are removed, 340 and 400 bytes were measured, of a cube and of an organic solid (`ldi-ops offset --resolution
-/// 512`).
+/// Where triangles are removed, 340 and 400 bytes were measured, of a cube and of an organic solid (`ldi-ops offset --distance 0.1
+/// --resolution 512`).
 pub fn bytes_of_mesh_sample(is_simplified: bool) -> f64 {
     if is_simplified { 500.0 } else { 110.0 }
 }
@@ -293,9 +293,11 @@ pub fn bytes_of_mesh_sample(is_simplified: bool) -> f64 {
 ///
 /// # Errors
 /// A machine error.
-pub fn admit_mesh(samples: u64, is_simplified: bool, limit: Limit) -> Result<(), Error> {
+pub fn admit_mesh(samples: u64, grid: &Grid, is_simplified: bool, limit: Limit) -> Result<(), Error> {
     let of_rays = bytes_of_mesh_sample(is_simplified) * samples as f64;
-    let cost = Cost { fixed: machine::held_memory() as f64, of_rays, ..Cost::default() };
+    // The nodes of the mesh before and after, one bit each.
+    let of_nodes = if is_simplified { 2.0 / 8.0 * nodes(grid) } else { 0.0 };
+    let cost = Cost { fixed: machine::held_memory() as f64, of_rays, of_nodes, ..Cost::default() };
     let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
     let otherwise = if is_simplified { "; --surface-error 0, the full mesh, takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {

@@ -11,8 +11,8 @@
 //! The surface is split into patches of some thousand triangles, at medians of centroids, with their borders locked. Each is
 //! decimated by itself, in parallel and in coordinates of its own. Where a verification fails, vertices nearby are locked and the
 //! patches there are decimated again; those that fail too often stay what they were before the pass, and if that does not help,
-//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little or
-//! few triangles are left. Distances are always from the original, or from triangles within 1/256 of the bound of it.
+//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little. Distances
+//! are always from the original, or from triangles within 1/256 of the bound of it.
 //!
 //! Where a fair share of the mesh is flat, a first pass removes what is flat within 1/256 of the bound; it only adds differences up.
 //! The surface that it leaves takes the place of the original.
@@ -20,8 +20,8 @@
 //! # Limitations
 //! Where distances are measured, the original is measured at the vertices that the first pass leaves and at points of its large
 //! triangles, and new triangles at points about an edge of the original apart, but at most 15 on a side and 4 inside: between
-//! these, they may be somewhat farther away. Distances are from the corresponding part of the surface, and no less than the
-//! distance from the nearest part of all.
+//! these, they may be somewhat farther away. Distances are from the corresponding part of the surface, or from one beside it
+//! within the bound, and no less than the distance from the nearest part of all.
 
 mod collapse;
 mod face;
@@ -39,7 +39,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use self::collapse::{NONE, Standing};
-use self::original::samples;
+use self::original::{along, inside};
 use self::patch::{Near, Patch, Share};
 use super::intersect::do_meet;
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
@@ -92,7 +92,7 @@ pub struct Simplified {
     pub distance: f64,
     /// The number of verifications of the whole mesh.
     pub rounds: usize,
-    /// The number of partitions over which the mesh was decimated.
+    /// The number of partitions over which the mesh was decimated, without the first pass over what is flat.
     pub passes: usize,
 }
 
@@ -138,11 +138,15 @@ pub fn simplify(
     if !manifold.passed() {
         return Err(SimplifyError::NotManifold { failures: manifold.failures() });
     }
-    let (mut rounds, mut passes) = (0, 1);
+    let (mut rounds, mut passes) = (0, 0);
     let spacing = mean_side(mesh);
     let (flat, errors) = without_flat(mesh, &Limits { bound: FLAT * bound, ..*limits }, &acceptable, &mut rounds);
+    let slack = match flat {
+        Cow::Borrowed(_) => 0.0,
+        Cow::Owned(_) => FLAT * bound,
+    };
     let (inner, homes) = points_of(&flat, spacing);
-    let target = Target { original: &flat, inner, measures: true, spacing, limits };
+    let target = Target { original: &flat, inner, slack, measures: true, spacing, limits };
     let mut state = Surface::new(&flat, errors, homes);
     for split in SPLITS {
         let before = state.triangles.len();
@@ -158,7 +162,7 @@ pub fn simplify(
         }
     }
     let (mesh, _) = flat.of_triangles(state.triangles);
-    Ok(Simplified { mesh, distance: state.distance, rounds, passes })
+    Ok(Simplified { mesh, distance: (state.distance + slack).min(bound), rounds, passes })
 }
 
 /// Returns a mesh without the triangles that it does not need within a small bound, and a bound of the distance of each triangle. As
@@ -174,7 +178,7 @@ fn without_flat<'m>(
     if !is_flat_in_parts(mesh, limits.bound) {
         return (Cow::Borrowed(mesh), errors);
     }
-    let target = Target { original: mesh, inner: Vec::new(), measures: false, spacing: 0.0, limits };
+    let target = Target { original: mesh, inner: Vec::new(), slack: 0.0, measures: false, spacing: 0.0, limits };
     let mut state = Surface::new(mesh, errors.clone(), Vec::new());
     let mut patches = state.patches(&target, SPLITS[SPLITS.len() - 1]);
     let is_kept = resolve(&mut patches, &target, acceptable, rounds);
@@ -205,9 +209,12 @@ fn points_of(mesh: &TriangleMesh, spacing: f64) -> (Vec<DVec3>, Vec<u32>) {
     for (triangle, indices) in (0..).zip(&mesh.triangles) {
         indices.iter().for_each(|&vertex| homes[vertex as usize] = triangle);
         let corners = indices.map(|vertex| mesh.positions[vertex as usize]);
-        if corners[0].distance(corners[1]).max(corners[1].distance(corners[2])) > LARGE * spacing {
-            let [a, b, c] = corners;
-            points.extend([[a, b, c], [b, c, a], [c, a, b]].into_iter().flat_map(|corners| samples(corners, spacing)));
+        let sides = [0, 1, 2].map(|side| [side, (side + 1) % 3]);
+        if sides.iter().any(|side| corners[side[0]].distance(corners[side[1]]) > LARGE * spacing) {
+            // Of the two triangles at a side, one has its points.
+            let own = sides.into_iter().filter(|&[from, to]| indices[from] < indices[to]);
+            points.extend(own.flat_map(|side| along(side.map(|end| corners[end]), spacing)));
+            points.extend(inside(corners, spacing));
             homes.resize(mesh.positions.len() + points.len(), triangle);
         }
     }
@@ -228,6 +235,8 @@ struct Target<'a> {
     original: &'a TriangleMesh,
     /// The points at which it is measured besides its vertices.
     inner: Vec<DVec3>,
+    /// A bound of its distance from the mesh as given.
+    slack: f64,
     /// Whether anything is measured, and not only added up.
     measures: bool,
     /// The mean length of sides of the mesh as given.
@@ -306,7 +315,7 @@ impl Surface {
             share.homes.push(place_of_triangle[home as usize]);
         }
         let is_flat = |triangle: u32| self.errors[triangle as usize] <= target.flat();
-        let measured = if self.homes.is_empty() { &[][..] } else { &original.triangles };
+        let measured = if target.measures { &original.triangles[..] } else { &[] };
         for indices in measured {
             let homes = indices.map(|vertex| self.homes[vertex as usize]);
             let patches = homes.map(|home| patch_of_triangle[home as usize]);
@@ -384,7 +393,6 @@ fn resolve(
             checkpoint();
             patch.decimate(target);
         });
-        *rounds += 1;
         let triangles = patches.iter().flat_map(Patch::triangles).collect();
         let (mesh, _) = target.original.of_triangles(triangles);
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
@@ -392,6 +400,7 @@ fn resolve(
         if !is_new.contains(&true) {
             return true;
         }
+        *rounds += 1;
         let mut places = crossings(&mesh, &is_new, target.limits.precision);
         if places.is_empty() {
             places = acceptable(&mesh);

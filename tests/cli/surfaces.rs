@@ -76,6 +76,7 @@ fn surface_errors_are_bounds_with_units() {
     for same in [&["--simplify", "0.05h"][..], &[]] {
         assert_eq!(&folder.json(&[&sample[..], same].concat())["surface"], surface, "{same:?}");
     }
+    folder.run(&[&sample[..], &["--surface-error", "0mm"]].concat()).code(0);
     folder.run(&[&sample[..], &["--surface-error", "1um"]].concat()).code(2).says(&["--surface-error 1um", "--unit"]);
     folder.run(&[&sample[..], &["--surface-error=-1h"]].concat()).code(2).says(&["--surface-error", "0 for the full"]);
     // Where memory lacks, the default keeps the full mesh, and what was asked for is refused.
@@ -300,7 +301,9 @@ fn far_meshes_are_refused_by_formats_that_would_round_them() {
         [&far[..], &["-o", target]].concat()
     };
     for target in ["far.stl", "far.glb"] {
-        folder.run(&sample(target)).code(2).says(&["32", ".ply", "--recentre"]);
+        folder.run(&sample(target)).code(2).says(&["32-bit", ".ply", "--recentre"]);
+        let full = [&sample(target)[..], &["--surface-error", "0"]].concat();
+        folder.run(&full).code(2).says(&["f32", ".ply", "--recentre"]);
         assert!(!folder.path(target).exists());
     }
     let least_x = |found: &Value| found["bounds"]["min"][0].as_f64().unwrap();

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use ldi_ops::{Settings, Shape, Solid};
+use ldi_ops::{Bound, Settings, Shape, Solid};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -136,7 +136,7 @@ impl Plan {
         let solid = match self.sampled {
             false => shape.solid(&settings),
             true => shape.sample(&settings).and_then(|sampled| {
-                let mesh = sampled.surface()?.mesh()?;
+                let mesh = sampled.surface()?.within(Bound::ZERO).mesh()?;
                 Solid::from_triangles(mesh.positions, mesh.triangles)
             }),
         };

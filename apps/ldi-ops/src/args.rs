@@ -332,7 +332,7 @@ Examples:
   ldi-ops sample part.stl --axis z -o part.npz
   ldi-ops sample part.stl --axis all --mode exact --resolution 1024 -o part.npz
   ldi-ops sample part.stl --axis z --resolution 256 -o part.vti
-  ldi-ops sample part.stl --mode exact --resolution 256 -o remeshed.ply
+  ldi-ops sample part.stl --resolution 256 --surface-error 0 -o remeshed.ply
 
 Arrays of .npz, for one axis:
   axis      '<U1' ()         x, y or z: the direction of the rays
@@ -558,7 +558,8 @@ pub struct ImageArguments {
 #[derive(Debug, Default, Args)]
 pub struct FinishArguments {
     /// Remove triangles of a mesh of images while it stays within this distance of what it was: in pitches (0.1h), in file
-    /// units (0.02) or with a unit (20um); 0 keeps all, and others ask for a mesh of images [default: 0.05h]
+    /// units (0.02) or with a unit (20um), or 0 for all triangles; a bound above 0 asks for a mesh of images
+    /// [default: 0.05h, for meshes that are of images anyway]
     #[arg(long, visible_alias = "simplify", value_name = "BOUND")]
     pub surface_error: Option<Bound>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001

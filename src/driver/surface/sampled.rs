@@ -80,20 +80,24 @@ pub fn mesh(
         return Err(Error::input("a mesh needs images along all three axes, x, y and z"));
     };
     let samples = imaged.images.iter().map(|image| image.depths().len() as u64).sum();
-    let admit = |is_simplified: bool| memory::admit_mesh(samples, is_simplified, Limit::new(imaged.memory));
+    let (grid, limit) = (a.grid(), Limit::new(imaged.memory));
+    let admit = |is_simplified: bool| memory::admit_mesh(samples, grid, is_simplified, limit);
     let within = match finish.surface_error {
         Some(bound) => bound,
         None if admit(true).is_ok() => Bound::DEFAULT,
         None => Bound::ZERO,
     };
-    admit(!within.is_zero())?;
+    let bound = if within.is_zero() { 0.0 } else { within.length(grid.pitch(), imaged.unit)? };
+    if !(bound >= 0.0 && bound.is_finite()) {
+        return Err(Error::input(format!("the bound of a mesh's distance must be a length or zero, not {bound}")));
+    }
+    if finish.surface_error.is_some() || within.is_zero() {
+        admit(!within.is_zero())?;
+    }
     progress.stage("contouring")?;
-    let grid = a.grid();
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    let pitch = grid.pitch();
-    let bound = within.length(pitch, imaged.unit)?;
     let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
     let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
@@ -157,7 +161,8 @@ pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let Some(&SampledReport { walls, gaps, lacks_memory, .. }) = report.sampled() else { return warnings };
     if lacks_memory && report.triangles > 0 {
         let message = format!(
-            "the mesh keeps all {} triangles: there is too little memory to remove those that its shape does not need; raise              --memory or lower --resolution, or accept this with --surface-error 0",
+            "the mesh keeps all {} triangles: there is too little memory to remove those that its shape does not need; raise \
+             --memory or lower --resolution, or accept this with --surface-error 0",
             report.triangles
         );
         warnings.push(Warning::new("mesh-not-simplified", message));

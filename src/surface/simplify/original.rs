@@ -51,17 +51,29 @@ impl Original {
     }
 }
 
-/// Returns points of a triangle: on its first side about `spacing` apart, but at most 15, and in its interior at most 3. Of the
-/// triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between is old.
-pub(super) fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
-    let parts = |length: f64, most: f64| 2 * (length / (2.0 * spacing)).ceil().clamp(1.0, most / 2.0) as u32;
-    let along = parts(a.distance(b), MOST_PARTS);
-    let inside = parts(a.distance(b).max(b.distance(c)).max(c.distance(a)), INNER_PARTS);
-    let on_side = (1..along).map(move |i| a.lerp(b, f64::from(i) / f64::from(along)));
-    let weights = (1..inside).flat_map(move |i| (1..inside - i).map(move |j| [i, j, inside - i - j]));
-    let raster = weights.map(move |weights| {
-        let [u, v, w] = weights.map(|weight| f64::from(weight) / f64::from(inside));
+/// Returns points of a triangle: those along its first side, and those inside. Of the triangles around a new vertex, each begins with
+/// it, so that the last side is the first of the next; the side between is old.
+fn samples([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
+    along([a, b], spacing).chain(inside([a, b, c], spacing))
+}
+
+/// Returns points between the ends of a side, about `spacing` apart, but at most 15.
+pub(super) fn along([a, b]: [DVec3; 2], spacing: f64) -> impl Iterator<Item = DVec3> {
+    let count = parts(a.distance(b), spacing, MOST_PARTS);
+    (1..count).map(move |i| a.lerp(b, f64::from(i) / f64::from(count)))
+}
+
+/// Returns at most 3 points inside a triangle.
+pub(super) fn inside([a, b, c]: [DVec3; 3], spacing: f64) -> impl Iterator<Item = DVec3> {
+    let count = parts(a.distance(b).max(b.distance(c)).max(c.distance(a)), spacing, INNER_PARTS);
+    let weights = (1..count).flat_map(move |i| (1..count - i).map(move |j| [i, j, count - i - j]));
+    weights.map(move |weights| {
+        let [u, v, w] = weights.map(|weight| f64::from(weight) / f64::from(count));
         a * u + b * v + c * w
-    });
-    on_side.chain(raster)
+    })
+}
+
+/// Returns the even number of parts into which a length is divided.
+fn parts(length: f64, spacing: f64, most: f64) -> u32 {
+    2 * (length / (2.0 * spacing)).ceil().clamp(1.0, most / 2.0) as u32
 }

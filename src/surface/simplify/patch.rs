@@ -115,7 +115,7 @@ impl Patch {
     /// Collapses edges as far as the limits allow.
     pub(super) fn decimate(&mut self, target: &Target) {
         let Aabb { min, max } = self.bounds(target);
-        let bounds = [target.limits.bound, target.flat()];
+        let bounds = [target.limits.bound - target.slack, target.flat()];
         // Near their middle, coordinates have the smallest rounding.
         let middle = 0.5 * (min + max);
         let place = |vertex: u32| target.original.positions[vertex as usize] - middle;

@@ -87,19 +87,17 @@ impl Collapser<'_> {
     /// Measures the samples of old triangles from the new ones, and assigns them to these.
     fn are_samples_near(&mut self, scratch: &mut Scratch) -> bool {
         let Scratch { measured, faces, errors, moved, distance, .. } = scratch;
-        // Samples may lie on triangles that are nearly on the original.
-        let bound = self.bound - self.flat;
-        let is_far = |sample: u32| nearest(faces, self.samples.points[sample as usize], bound).is_none();
+        let is_far = |sample: u32| nearest(faces, self.samples.points[sample as usize], self.bound).is_none();
         if measured.iter().filter_map(|&number| self.samples.of(number).next()).any(is_far) {
             return false;
         }
         for &number in &*measured {
             checkpoint();
             let far = self.samples.of(number).find(|&sample| {
-                let nearest = nearest(faces, self.samples.points[sample as usize], bound);
+                let nearest = nearest(faces, self.samples.points[sample as usize], self.bound);
                 if let Some((squared, i)) = nearest {
                     errors[i] = errors[i].max(squared.sqrt());
-                    *distance = distance.max(squared.sqrt() + self.flat);
+                    *distance = distance.max(squared.sqrt());
                     moved.push((sample, faces[i].0));
                 }
                 nearest.is_none()
@@ -141,6 +139,8 @@ impl Collapser<'_> {
             self.samples.add(home, sample);
             let error = &mut self.errors[home as usize];
             *error = error.max(squared.sqrt());
+            // Errors that are the whole bound are no distances that were found.
+            self.distance = self.distance.max(squared.sqrt());
         }
     }
 
