@@ -554,11 +554,12 @@ fn image_target(
         ("", _) => return refuse(&format!("the name has no extension; {WRITTEN}")),
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
-            if method == MeshMethod::Exact && surface_error.is_some_and(|bound| !bound.is_zero()) {
+            let least_part = drop_parts.map(|args::Share(share)| share);
+            let finish = Finish { method, surface_error, least_part, recentre };
+            if method == MeshMethod::Exact && finish.is_of_images() {
                 return refuse("--surface-error bounds meshes from images; remove it, or --mesh exact");
             }
-            let least_part = drop_parts.map(|args::Share(share)| share);
-            Content::Mesh(Finish { method, surface_error, least_part, recentre })
+            Content::Mesh(finish)
         }
         _ => return refuse(&format!("unknown extension; {WRITTEN}")),
     };

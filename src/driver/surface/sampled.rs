@@ -83,16 +83,13 @@ pub fn mesh(
     let (grid, limit) = (a.grid(), Limit::new(imaged.memory));
     let admit = |is_simplified: bool| memory::admit_mesh(samples, grid, is_simplified, limit);
     let within = match finish.surface_error {
-        Some(bound) => bound,
+        Some(bound) => admit(!bound.is_zero()).map(|()| bound)?,
         None if admit(true).is_ok() => Bound::DEFAULT,
-        None => Bound::ZERO,
+        None => admit(false).map(|()| Bound::ZERO)?,
     };
     let bound = if within.is_zero() { 0.0 } else { within.length(grid.pitch(), imaged.unit)? };
     if !(bound >= 0.0 && bound.is_finite()) {
         return Err(Error::input(format!("the bound of a mesh's distance must be a length or zero, not {bound}")));
-    }
-    if finish.surface_error.is_some() || within.is_zero() {
-        admit(!within.is_zero())?;
     }
     progress.stage("contouring")?;
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
