@@ -18,16 +18,20 @@
 //! Signs of corners, joined faces and cut edges are bit sets indexed by these numbers.
 //!
 //! # Cut edges
-//! An edge between two inside corners may be *cut*: the surface crosses it twice, around a gap. The **crossing** at its lower
-//! end has the number of the edge, as the crossing of an edge whose ends differ, and the one at its upper end that plus
-//! [`UPPER`].
+//! An edge between two corners of the same sign may be *cut*: the surface crosses it twice, around a gap between inside corners or
+//! on both sides of a wall between outside ones. The **crossing** at its lower end has the number of the edge, as the crossing of
+//! an edge whose ends differ, and the one at its upper end that plus [`UPPER`]. A face with cut edges has up to four arcs, and may
+//! be joined as an ambiguous one may: then its arcs cut off intervals outside rather than inside. What is said above about arcs
+//! that belong to one loop in both cells holds for any face with two. Around an edge that is cut, the two quadrilaterals may have
+//! the same vertices in several cells, where a wall or a gap ends; then they must not both be cut along a diagonal between two of
+//! those.
 
 use std::sync::LazyLock;
 
 /// The loops that the surface leaves on the faces of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loops {
-    /// The number of loops: at most four, or eight where edges are cut.
+    /// The number of loops: at most four, or twelve where edges are cut.
     pub count: u8,
     /// The loop of each crossing, or [`NO_LOOP`].
     pub of_crossing: [u8; 24],
@@ -74,7 +78,7 @@ pub struct Signs {
     pub inside: u8,
     /// The joined faces: inside corners on a diagonal of a face are joined there, and separated on all other faces.
     pub joined: u8,
-    /// The cut edges; both ends of each are inside.
+    /// The cut edges; both ends of each have the same sign.
     pub cut: u16,
 }
 
@@ -92,13 +96,14 @@ fn around(Signs { inside, cut, .. }: Signs, axis: usize, side: usize) -> [[Optio
     [0, 1, 2, 3].map(|i| {
         let ends = [corners[i], corners[(i + 1) % 4]];
         let edge = edge_between(ends[0], ends[1]);
-        let is_cut = cut >> edge & 1 == 1;
-        let is_inside = ends.map(|corner| inside >> corner & 1 == 1);
-        let at = |end: usize| {
-            let is_upper = is_cut && ends[end] > ends[1 - end];
-            (is_inside[end] && (is_cut || !is_inside[1 - end])).then_some(if is_upper { edge + UPPER } else { edge })
-        };
-        [at(0), at(1)]
+        let upper_first = if ends[0] > ends[1] { [edge + UPPER, edge] } else { [edge, edge + UPPER] };
+        match (ends.map(|corner| inside >> corner & 1 == 1), cut >> edge & 1 == 1) {
+            ([true, true], true) => upper_first.map(Some),
+            ([false, false], true) => [Some(upper_first[1]), Some(upper_first[0])],
+            ([true, false], _) => [Some(edge), None],
+            ([false, true], _) => [None, Some(edge)],
+            _ => [None, None],
+        }
     })
 }
 
@@ -128,26 +133,43 @@ fn follow(signs: Signs) -> Loops {
     loops
 }
 
-/// Returns whether the inside corners of a face are exactly those on one diagonal.
-pub fn is_ambiguous(inside: u8, axis: usize, side: usize) -> bool {
-    let corners = face_corners(axis, side).map(|corner| inside >> corner & 1);
-    corners[0] == corners[2] && corners[1] == corners[3] && corners[0] != corners[1]
-}
-
 /// Returns the arcs on a face, from crossing to crossing.
-fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
+pub fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
     let around = around(signs, axis, side);
-    let joins = is_ambiguous(signs.inside, axis, side) && signs.joined >> (2 * axis + side) & 1 == 1;
+    let joins = signs.joined >> (2 * axis + side) & 1 == 1;
     // An arc starts where the walk round the face goes outside. It ends where the walk last came in, which cuts off the corners
     // between, or, on a joined face, where the walk next comes in.
     [0, 1, 2, 3].map(|i| {
         let [leaves, _] = around[i];
+        // Through a wall the walk comes in before it goes outside.
+        let is_wall = signs.inside >> face_corners(axis, side)[i] & 1 == 0;
         let arrival = match joins {
-            true => around[(i + 1) % 4][1],
-            false => (0..4).find_map(|back| around[(i + 3 - back) % 4][1]),
+            true => (0..4).find_map(|ahead| around[(i + usize::from(is_wall) + ahead) % 4][1]),
+            false => (0..4).find_map(|back| around[(i + 4 - usize::from(!is_wall) + 4 - back) % 4][1]),
         };
         leaves.zip(arrival).map(|(from, to)| [from, to])
     })
+}
+
+/// Returns whether a cut edge of a cell lies between corners of the same sign that no way along edges that are not cut connects.
+pub fn parts(Signs { inside, cut, .. }: Signs, edge: usize) -> bool {
+    let mut class: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+    let connects = |&edge: &usize| {
+        let (a, b) = edge_ends(edge);
+        (inside >> a ^ inside >> b) & 1 == 0 && cut >> edge & 1 == 0
+    };
+    for (a, b) in (0..12).filter(connects).map(edge_ends) {
+        let (from, to) = (class[a], class[b]);
+        class.iter_mut().filter(|class| **class == from).for_each(|class| *class = to);
+    }
+    let (a, b) = edge_ends(edge);
+    cut >> edge & 1 == 1 && class[a] != class[b]
+}
+
+/// Returns the edges of the face on `side` of `axis`, as bits.
+pub fn face_edges(axis: usize, side: usize) -> u16 {
+    let corners = face_corners(axis, side);
+    (0..4).fold(0, |bits, i| bits | 1 << edge_between(corners[i], corners[(i + 1) % 4]))
 }
 
 /// Returns whether two arcs on the face across `axis` between the cells `below` and `above` belong to one loop in both, so that
@@ -184,6 +206,14 @@ fn on_face(axis: usize, crossing: usize) -> usize {
 mod tests {
     use super::*;
 
+    fn edges_between_equals(inside: u8) -> u16 {
+        let are_equal = |&edge: &usize| {
+            let (a, b) = edge_ends(edge);
+            (inside >> a ^ inside >> b) & 1 == 0
+        };
+        (0..12).filter(are_equal).fold(0, |bits, edge| bits | 1 << edge)
+    }
+
     fn plain(inside: u8, joined: u8) -> Signs {
         Signs { inside, joined, cut: 0 }
     }
@@ -192,8 +222,8 @@ mod tests {
     fn loops_contain_each_crossing_exactly_once() {
         let check = |signs: Signs| {
             let loops = loops(signs);
-            assert!(loops.count <= if signs.cut == 0 { 4 } else { 8 });
-            let mut seen = [false; 8];
+            assert!(loops.count <= if signs.cut == 0 { 4 } else { 12 });
+            let mut seen = [false; 12];
             for (crossing, &of_crossing) in loops.of_crossing.iter().enumerate() {
                 let (a, b) = edge_ends(crossing % UPPER);
                 let is_cut = signs.cut >> (crossing % UPPER) & 1 == 1;
@@ -207,16 +237,14 @@ mod tests {
         };
         for inside in 0..=255u8 {
             (0..64).for_each(|joined| check(plain(inside, joined)));
-            let both = (0..12).filter(|&edge| {
-                let (a, b) = edge_ends(edge);
-                inside >> a & inside >> b & 1 == 1
-            });
-            let both = both.fold(0, |bits: u16, edge| bits | 1 << edge);
             // All subsets of the edges that may be cut.
-            let mut cut = both;
+            let equal = edges_between_equals(inside);
+            let mut cut = equal;
             while cut > 0 {
-                check(Signs { inside, joined: 0, cut });
-                cut = (cut - 1) & both;
+                // Some of the joined faces: all would take minutes.
+                let some = (u32::from(cut) * 37 + u32::from(inside) * 11) as u8 & 63;
+                [0, 63, some].into_iter().for_each(|joined| check(Signs { inside, joined, cut }));
+                cut = (cut - 1) & equal;
             }
         }
     }
@@ -226,6 +254,47 @@ mod tests {
         assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xfff }).count, 8);
         // The four edges along x split the cell in two.
         assert_eq!(loops(Signs { inside: 255, joined: 0, cut: 0xf }).count, 2);
+    }
+
+    #[test]
+    fn walls_pass_through_joined_faces_and_end_on_others() {
+        // Four edges along x between outside corners, as a wall across x crosses them.
+        let (wall, faces) = (Signs { inside: 0, joined: 0, cut: 0xf }, 0b11_1100);
+        assert_eq!(loops(Signs { joined: faces, ..wall }).count, 2);
+        assert_eq!(loops(wall).count, 4);
+        // It ends in this cell: one loop around two edges and the rim between them.
+        assert_eq!(loops(Signs { cut: 0b11, joined: faces, ..wall }).count, 1);
+        // The same of a gap, whose faces are joined where it ends.
+        let gap = Signs { inside: u8::MAX, ..wall };
+        assert_eq!([0, faces].map(|joined| loops(Signs { joined, ..gap }).count), [2, 4]);
+        assert!((0..4).all(|edge| parts(wall, edge) && parts(gap, edge)) && !parts(wall, 4));
+        assert!(!parts(Signs { cut: 0b11, ..wall }, 0));
+    }
+
+    #[test]
+    fn the_other_pairing_of_two_arcs_splits_their_loop() {
+        let mut split = 0;
+        for inside in 0..=255u8 {
+            let equal = edges_between_equals(inside);
+            let mut cut = equal;
+            while cut > 0 {
+                let joined = (u32::from(cut) * 29 + u32::from(inside) * 7) as u8 & 63;
+                let signs = Signs { inside, joined, cut };
+                let of_crossing = loops(signs).of_crossing;
+                for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
+                    let found: Vec<[usize; 2]> = arcs(signs, axis, side).into_iter().flatten().collect();
+                    if let [[a, _], [b, _]] = found[..]
+                        && of_crossing[a] == of_crossing[b]
+                    {
+                        let other = Signs { joined: joined ^ 1 << (2 * axis + side), ..signs };
+                        assert_eq!(loops(other).count, loops(signs).count + 1, "{signs:?} {axis} {side}");
+                        split += 1;
+                    }
+                }
+                cut = (cut - 1) & equal;
+            }
+        }
+        assert!(split > 1000);
     }
 
     #[test]

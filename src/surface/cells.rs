@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cuts::Cuts;
+use super::cuts::{CutCell, Cuts};
 use super::edges::EdgeSlab;
 use super::feature::Feature;
 use super::qef::{Bounds, Loop};
@@ -21,8 +21,11 @@ pub struct JoinedFaces {
 }
 
 impl JoinedFaces {
-    fn of(&self, cell: [i32; 3]) -> u8 {
-        if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) }
+    /// Returns the signs of a cell with some corners inside.
+    fn signs(&self, inside: u8, cell: [i32; 3], cuts: &Cuts) -> Signs {
+        let CutCell { cut, joined, .. } = cuts.in_cell(cell);
+        let own = if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) };
+        Signs { inside, joined: joined | own, cut }
     }
 
     /// Decides all faces of the layers of a slab that are still undecided: those within each layer and those above it.
@@ -38,8 +41,7 @@ impl JoinedFaces {
         for (above, axis) in ambiguous.into_iter().flatten() {
             let mut below = above;
             below[axis] -= 1;
-            let of_cell =
-                |cell| Signs { inside: corners_inside(slab, cell), joined: self.of(cell), cut: cuts.in_cell(cell) };
+            let of_cell = |cell| self.signs(corners_inside(slab, cell), cell, cuts);
             if at_fault(axis, of_cell(below), of_cell(above)) {
                 *self.of_cell.entry(below).or_default() |= 2 << (2 * axis);
                 *self.of_cell.entry(above).or_default() |= 1 << (2 * axis);
@@ -125,6 +127,7 @@ impl CellLayer {
     pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, k: i32) -> CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
+        let mut cut_cells = cuts.cells_in_layer(k).into_iter().peekable();
         for y in 0..nodes.rows() - 1 {
             checkpoint();
             let rows = [nodes.row(y, k), nodes.row(y + 1, k), nodes.row(y, k + 1), nodes.row(y + 1, k + 1)];
@@ -133,15 +136,19 @@ impl CellLayer {
                 let lower = rows.map(|row| row[word]);
                 let upper = rows.map(|row| after(row, word));
                 let all = lower.into_iter().chain(upper);
-                let passed =
+                let mut passed =
                     all.clone().fold(0, |any, nodes| any | nodes) & !all.fold(u64::MAX, |all, nodes| all & nodes);
+                let is_here = |&[row, column]: &[i32; 2]| [row, column / 64] == [y as i32, word as i32];
+                while let Some([_, column]) = cut_cells.next_if(is_here) {
+                    passed |= 1 << (column % 64);
+                }
                 layer.ranks.push(layer.cells.len() as u32);
                 layer.passed.push(passed);
                 for bit in Ones(passed) {
                     let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
                     let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
                     let cell = [(64 * word) as i32 + bit as i32, y as i32, k];
-                    let signs = Signs { inside: inside as u8, joined: joined.of(cell), cut: cuts.in_cell(cell) };
+                    let signs = joined.signs(inside as u8, cell, cuts);
                     layer.add_cell(slab, cuts, grid, cell, signs);
                 }
             }

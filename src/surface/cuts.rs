@@ -1,42 +1,53 @@
-//! Lattice edges with both ends inside that the surface crosses twice nevertheless: the gap in between is kept.
+//! Lattice edges between nodes of the same sign that the surface crosses twice nevertheless: walls and gaps thinner than the
+//! lattice.
 //!
-//! Where two solids touch along an oblique edge, or nearly do, nodes of both are neighbours in places. By signs alone each such
-//! pair of nodes is a bridge, and any two bridges form a handle that the solids do not have. The samples resolve this: between
-//! the two nodes the ray leaves the solid and enters it again. So such an edge is *cut* ([`cell`](crate::cell)), and both
-//! solids end there. The signs of nodes are unchanged.
+//! Two plates that nearly touch have nodes that are neighbours, and a thin wall may have no node at all: by signs alone the plates
+//! are one, and the wall is missing. The samples resolve this: between the two nodes the ray leaves the solid and enters it again,
+//! or enters it and leaves it. So such an edge is *cut* ([`cell`](crate::cell)). The signs of nodes are unchanged. `choice` finds
+//! the edges that are cut.
 //!
-//! # Choice of cut edges
-//! A gap finer than the lattice cannot end within the solid, as its end is unknown. So edges with a gap are grouped in clusters
-//! that share cells, and a cluster is cut if in each of its cells every cut separates its two ends, and the surface stays
-//! manifold; then the gap reaches the outside on all sides. Otherwise the gap is closed, as where a cell lies within the solid
-//! altogether but for the gap.
-//!
+//! # Necks
 //! Solids that touch *exactly* leave no gap in a ray through the contact. A **neck** is an edge with both ends inside whose
 //! four neighbours on either side are all outside. It is cut where the planes beside its lower end meet the edge in the same
 //! point as those beside its upper end: there two wedges or tips touch. A strut does not end like this.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+mod choice;
+
+use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
 use super::edges::{Crossing, EdgeSlab, Source};
-use crate::bits::{Ones, after, before};
-use crate::cell::{Signs, at_fault, edge_at, edge_ends, is_ambiguous};
+use crate::bits::Ones;
+use crate::bits::{after, before};
+use crate::cell::{edge_at, edge_ends};
+use crate::ldi::Mode;
 
 /// Greatest distance between the tips on both sides of a neck, in pitches, at which they touch.
 const TOUCHING: f32 = 1e-3;
 
-/// The least gap between the two crossings of an edge, as a share of it, so that the surfaces on both sides stay separate.
+/// The least distance of the two crossings of an edge, as a share of it, so that the surfaces on both sides stay separate.
 const LEAST_GAP: f32 = 0.02;
 
 /// The key of an edge: plane or layer, axis, row and column of its lower node.
 type Place = [i32; 4];
 
+/// The cut edges and the joined faces of a cell; see [`Signs`](crate::cell::Signs).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CutCell {
+    pub cut: u16,
+    pub joined: u8,
+    /// The cut edges between corners that are outside.
+    walls: u16,
+}
+
 /// The edges that are cut.
 #[derive(Debug, Default)]
 pub struct Cuts {
     of_edge: BTreeMap<Place, [Crossing; 2]>,
-    of_cell: HashMap<[i32; 3], u16>,
+    of_cell: HashMap<[i32; 3], CutCell>,
+    /// The numbers of walls and of gaps that are kept.
+    kept: [u64; 2],
 }
 
 fn place(axis: usize, [x, y, z]: [i32; 3]) -> Place {
@@ -60,70 +71,7 @@ fn edge_of([x, y, z]: [i32; 3], edge: usize) -> (usize, [i32; 3]) {
     (edge / 4, [x + dx, y + dy, z + dz])
 }
 
-/// Returns whether each cut edge separates its two ends in a cell.
-fn parts_all(inside: u8, cut: u16) -> bool {
-    let mut class: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-    let kept = |edge: &usize| {
-        let (a, b) = edge_ends(*edge);
-        inside >> a & inside >> b & 1 == 1 && cut >> edge & 1 == 0
-    };
-    for (a, b) in (0..12).filter(kept).map(edge_ends) {
-        let (from, to) = (class[a], class[b]);
-        class.iter_mut().filter(|class| **class == from).for_each(|class| *class = to);
-    }
-    (0..12).filter(|edge| cut >> edge & 1 == 1).map(edge_ends).all(|(a, b)| class[a] != class[b])
-}
-
 impl Cuts {
-    /// Finds the gaps of images that reach the outside.
-    pub fn of_gaps(source: &Source) -> Cuts {
-        let mut gaps = source.gaps();
-        let both_inside = |axis: usize, node: [i32; 3]| {
-            let mut end = node;
-            end[axis] += 1;
-            source.is_inside(node) && source.is_inside(end)
-        };
-        gaps.retain(|&(axis, node, _)| both_inside(axis, node));
-        let mut cuts = Cuts::default();
-        gaps.into_iter().for_each(|(axis, node, crossings)| cuts.add(axis, node, crossings));
-        let signs = |cell: [i32; 3]| {
-            let corner = |c: i32| source.is_inside([cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)]);
-            let inside = (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c);
-            Signs { inside, joined: 0, cut: cuts.in_cell(cell) }
-        };
-        let is_wrong = |(cell, cut): (&[i32; 3], &u16)| {
-            let own = signs(*cell);
-            let at_faces = || {
-                (0..3).any(|axis| {
-                    let beside = |step: i32| {
-                        let mut beside = *cell;
-                        beside[axis] += step;
-                        signs(beside)
-                    };
-                    // Ambiguous faces at fault will be joined.
-                    let is_clear = |side: usize| !is_ambiguous(own.inside, axis, side);
-                    (is_clear(0) && at_fault(axis, beside(-1), own)) || (is_clear(1) && at_fault(axis, own, beside(1)))
-                })
-            };
-            own.inside == u8::MAX || !parts_all(own.inside, *cut) || at_faces()
-        };
-        let wrong: Vec<[i32; 3]> =
-            cuts.of_cell.par_iter().filter(|&(cell, cut)| is_wrong((cell, cut))).map(|(cell, _)| *cell).collect();
-        let mut closed: HashSet<[i32; 3]> = wrong.iter().copied().collect();
-        let mut waiting = wrong;
-        while let Some(cell) = waiting.pop() {
-            let cut = cuts.in_cell(cell);
-            for edge in (0..12).filter(|edge| cut >> edge & 1 == 1) {
-                let (axis, node) = edge_of(cell, edge);
-                cuts.of_edge.remove(&place(axis, node));
-                waiting
-                    .extend(cells_around(axis, node).map(|(cell, _)| cell).into_iter().filter(|&c| closed.insert(c)));
-            }
-        }
-        cuts.of_cell.retain(|cell, _| !closed.contains(cell));
-        cuts
-    }
-
     /// Cuts the necks of the layers of a slab and of the planes above each; those of its first plane are known from the
     /// previous slab.
     pub fn add_necks(&mut self, source: &Source, slab: &EdgeSlab) {
@@ -134,35 +82,49 @@ impl Cuts {
             end[axis] += 1;
             let tips = source.tip(axis, node, true).zip(source.tip(axis, end, false));
             let Some(((up, lower), (down, upper))) = tips else { continue };
+            let around = cells_around(axis, node);
             if (up + down - 1.0).abs() < TOUCHING
                 && (0.0..1.0).contains(&up)
+                && around.iter().all(|(cell, _)| self.in_cell(*cell).walls == 0)
                 && !self.of_edge.contains_key(&place(axis, node))
             {
-                let [lower, upper] = [lower, upper].map(|normal| Crossing { at: up, normal });
-                self.add(axis, node, [lower, upper]);
+                let crossings = [lower, upper].map(|normal| Crossing { at: up, normal });
+                self.of_edge.insert(place(axis, node), apart(crossings));
+                for (cell, edge) in around {
+                    self.of_cell.entry(cell).or_default().cut |= 1 << edge;
+                }
             }
         }
     }
 
-    fn add(&mut self, axis: usize, node: [i32; 3], [mut lower, mut upper]: [Crossing; 2]) {
-        let lack = 0.5 * (LEAST_GAP - (upper.at - lower.at)).max(0.0);
-        lower.at = (lower.at - lack).max(0.25 * LEAST_GAP);
-        upper.at = (upper.at + lack).min(1.0 - 0.25 * LEAST_GAP);
-        self.of_edge.insert(place(axis, node), [lower, upper]);
-        for (cell, edge) in cells_around(axis, node) {
-            *self.of_cell.entry(cell).or_default() |= 1 << edge;
-        }
-    }
-
-    /// Returns the edges of a cell that are cut.
-    pub fn in_cell(&self, cell: [i32; 3]) -> u16 {
-        if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) }
+    /// Returns the edges of a cell that are cut, and the faces that are joined for their sake.
+    pub fn in_cell(&self, cell: [i32; 3]) -> CutCell {
+        if self.of_cell.is_empty() { CutCell::default() } else { self.of_cell.get(&cell).copied().unwrap_or_default() }
     }
 
     /// Returns the crossings of a cut edge of a cell, the lower first.
     pub fn crossings(&self, cell: [i32; 3], edge: usize) -> [Crossing; 2] {
         let (axis, node) = edge_of(cell, edge);
         self.of_edge[&place(axis, node)]
+    }
+
+    /// Returns how to choose between the crossings of an edge with more than one: beside gaps as of an image within the solid, so
+    /// that no crossing closes a gap, and beside walls as of one around it.
+    pub fn mode_beside(&self, axis: usize, node: [i32; 3]) -> Mode {
+        let [mut walls, mut gaps] = [false; 2];
+        for (cell, edge) in cells_around(axis, node) {
+            let cut = self.in_cell(cell);
+            for beside in (4 * axis..4 * axis + 4).filter(|&beside| beside != edge && cut.cut >> beside & 1 == 1) {
+                let is_wall = cut.walls >> beside & 1 == 1;
+                walls |= is_wall;
+                gaps |= !is_wall;
+            }
+        }
+        match (walls, gaps) {
+            (true, false) => Mode::OVER,
+            (false, true) => Mode::UNDER,
+            _ => Mode::Exact,
+        }
     }
 
     /// Returns the cut edges along x and y in a plane, or along z in a layer: lower node and crossings.
@@ -172,10 +134,31 @@ impl Cuts {
         self.of_edge.range(from..=to).map(|(&[z, _, y, x], &crossings)| ([x, y, z], crossings))
     }
 
-    /// Returns the number of cut edges.
-    pub fn len(&self) -> usize {
-        self.of_edge.len()
+    /// Returns row and column of the cells of a layer that have cut edges, in order.
+    pub fn cells_in_layer(&self, k: i32) -> Vec<[i32; 2]> {
+        let edges = [(0, k), (0, k + 1), (1, k), (1, k + 1), (2, k)];
+        let of_layer = |(axis, z): (usize, i32)| {
+            let cells = self.in_layer(axis, z).flat_map(move |(node, _)| cells_around(axis, node));
+            cells.filter(|(cell, _)| cell[2] == k).map(|(cell, _)| [cell[1], cell[0]])
+        };
+        let mut cells: Vec<[i32; 2]> = edges.into_iter().flat_map(of_layer).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
     }
+
+    /// Returns the numbers of walls and of gaps between two neighbouring nodes that the surface has.
+    pub fn kept(&self) -> [u64; 2] {
+        self.kept
+    }
+}
+
+/// Moves two crossings apart to the least distance, within their edge.
+fn apart([mut lower, mut upper]: [Crossing; 2]) -> [Crossing; 2] {
+    let lack = 0.5 * (LEAST_GAP - (upper.at - lower.at)).max(0.0);
+    lower.at = (lower.at - lack).max(0.25 * LEAST_GAP);
+    upper.at = (upper.at + lack).min(1.0 - 0.25 * LEAST_GAP);
+    [lower, upper]
 }
 
 /// Returns the necks along z in layer `k`, and along x and y in the plane above it.

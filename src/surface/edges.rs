@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::cuts::Cuts;
 use crate::bits::{after, is_set, ones};
 use crate::fixed::Pixels;
 use crate::ldi::{Ldi, Mode, NodePlanes, NodeSlab};
@@ -19,6 +20,18 @@ pub struct Crossing {
     pub at: f32,
     /// The unit normal, outwards; zero where unknown.
     pub normal: [f32; 3],
+}
+
+/// A lattice edge that its ray crosses an even number of times.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    pub axis: usize,
+    /// The lower end of the edge.
+    pub node: [i32; 3],
+    /// The first crossing and the last.
+    pub crossings: [Crossing; 2],
+    /// Whether the ray enters the solid at the first crossing, so that it meets a wall; otherwise it meets a gap.
+    pub enters: bool,
 }
 
 /// The midpoint of an edge, used where nothing better is known.
@@ -111,17 +124,17 @@ pub struct Source<'a> {
 
 impl EdgeSlab {
     /// Finds the edges of layers of cells; the nodes extend one plane further.
-    pub fn new(source: &Source, layers: Range<i32>) -> EdgeSlab {
+    pub fn new(source: &Source, cuts: &Cuts, layers: Range<i32>) -> EdgeSlab {
         let nodes = source.planes.slab(layers.start..layers.end + 2, 1);
         let planes = layers.start..layers.end + 1;
         let made = rayon::join(
             || -> (Vec<_>, Vec<_>) {
-                let of_plane = |plane| (along_x(source, &nodes, plane), along_y(source, &nodes, plane));
+                let of_plane = |plane| (along_x(source, cuts, &nodes, plane), along_y(source, cuts, &nodes, plane));
                 planes.clone().into_par_iter().map(of_plane).unzip()
             },
             || -> Vec<_> {
                 let rows = (0..nodes.rows()).into_par_iter().with_min_len(4);
-                rows.map(|row| along_z(source, &nodes, row, &layers)).collect()
+                rows.map(|row| along_z(source, cuts, &nodes, row, &layers)).collect()
             },
         );
         let ((x, y), z) = made;
@@ -176,10 +189,10 @@ fn unlike<'a>(row: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = u64> + '
     row.iter().zip(other).map(|(a, b)| a ^ b)
 }
 
-fn along_x(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+fn along_x(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
     let image = source.images[0];
     let crossed = (0..nodes.rows()).flat_map(|row| differences(nodes.row(row, plane))).collect();
-    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let mut filler = Filler::new(source, cuts, 0, EdgeRows::new(nodes.words(), crossed));
     let (columns, rows) = image.size();
     if (0..rows as i32).contains(&plane) {
         for column in 0..columns {
@@ -191,12 +204,12 @@ fn along_x(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResol
     filler.finish()
 }
 
-fn along_y(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+fn along_y(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
     let image = source.images[1];
     let last = nodes.rows() - 1;
     let crossed = (0..last).flat_map(|row| unlike(nodes.row(row, plane), nodes.row(row + 1, plane)));
     let crossed = crossed.chain(std::iter::repeat_n(0, nodes.words())).collect();
-    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let mut filler = Filler::new(source, cuts, 1, EdgeRows::new(nodes.words(), crossed));
     let (columns, rows) = image.size();
     if (0..rows as i32).contains(&plane) {
         for column in 0..columns {
@@ -208,10 +221,16 @@ fn along_y(source: &Source, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResol
     filler.finish()
 }
 
-fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -> (EdgeRows, SubResolution) {
+fn along_z(
+    source: &Source,
+    cuts: &Cuts,
+    nodes: &NodeSlab,
+    row: usize,
+    layers: &Range<i32>,
+) -> (EdgeRows, SubResolution) {
     let image = source.images[2];
     let crossed = layers.clone().flat_map(|layer| unlike(nodes.row(row, layer), nodes.row(row, layer + 1))).collect();
-    let mut filler = Filler::new(source, image, EdgeRows::new(nodes.words(), crossed));
+    let mut filler = Filler::new(source, cuts, 2, EdgeRows::new(nodes.words(), crossed));
     let (columns, rows) = image.size();
     if let Some(image_row) = row.checked_sub(1).filter(|&row| row < rows as usize) {
         for column in 0..columns {
@@ -228,9 +247,9 @@ fn along_z(source: &Source, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -
 
 /// Fills the crossings of rows, ray by ray.
 struct Filler<'a> {
-    image: &'a Ldi,
-    normals: Option<&'a [[f32; 3]]>,
-    mode: Mode,
+    source: &'a Source<'a>,
+    cuts: &'a Cuts,
+    axis: usize,
     pixels: Pixels,
     rows: EdgeRows,
     filled: u64,
@@ -238,12 +257,12 @@ struct Filler<'a> {
 }
 
 impl<'a> Filler<'a> {
-    fn new(source: &Source<'a>, image: &'a Ldi, rows: EdgeRows) -> Filler<'a> {
+    fn new(source: &'a Source<'a>, cuts: &'a Cuts, axis: usize, rows: EdgeRows) -> Filler<'a> {
         Filler {
-            image,
-            normals: source.normals,
-            mode: source.mode,
-            pixels: Pixels::new(image.grid().shift()),
+            source,
+            cuts,
+            axis,
+            pixels: Pixels::new(source.images[axis].grid().shift()),
             rows,
             filled: 0,
             missed: SubResolution::default(),
@@ -264,8 +283,9 @@ impl<'a> Filler<'a> {
         place: impl Fn(i32) -> (usize, usize),
         inside: impl Fn(i32) -> bool,
     ) {
-        let samples = self.image.samples(ray);
-        let first = self.image.offsets()[ray as usize] as usize;
+        let image = self.source.images[self.axis];
+        let samples = image.samples(ray);
+        let first = image.offsets()[ray as usize] as usize;
         let edge_of = |&depth: &i32| self.pixels.index_from(depth);
         let mut from = match edges.start {
             0 => 0,
@@ -277,12 +297,21 @@ impl<'a> Filler<'a> {
             let mut dropped = count;
             if count % 2 == 1 && self.rows.is_crossed(row, bit) {
                 let enters = !inside(edge);
-                let kept = from + self.kept(&samples[from..from + count], enters);
+                let kept = match count {
+                    1 => from,
+                    _ => {
+                        let mode = match self.source.mode {
+                            Mode::Exact => self.cuts.mode_beside(self.axis, self.source.node(self.axis, ray, edge)),
+                            mode => mode,
+                        };
+                        from + kept(mode, &samples[from..from + count], enters)
+                    }
+                };
                 let below = self.pixels.ray(edge - 1);
                 let place = self.rows.place(row, bit);
                 self.rows.crossings[place] = Crossing {
                     at: (samples[kept] - below) as f32 / (1i64 << self.pixels.shift) as f32,
-                    normal: normal_at(self.image, self.normals, first + kept, enters),
+                    normal: normal_at(image, self.source.normals, first + kept, enters),
                 };
                 self.filled += 1;
                 dropped -= 1;
@@ -295,21 +324,21 @@ impl<'a> Filler<'a> {
             from += count;
         }
     }
+}
 
-    /// Returns the index of the one sample that is kept of an odd number in one edge; all others are dropped in pairs.
-    fn kept(&self, samples: &[i32], enters: bool) -> usize {
-        let last = samples.len() - 1;
-        match (self.mode, enters) {
-            (Mode::OVER, true) | (Mode::UNDER, false) => 0,
-            (Mode::OVER, false) | (Mode::UNDER, true) => last,
-            // The sample that changes the length inside least.
-            (Mode::Exact, _) => {
-                let lost = |kept: usize| -> i64 {
-                    let pairs = samples[..kept].chunks_exact(2).chain(samples[kept + 1..].chunks_exact(2));
-                    pairs.map(|pair| i64::from(pair[1] - pair[0])).sum()
-                };
-                (0..=last).step_by(2).min_by_key(|&kept| lost(kept)).unwrap_or(0)
-            }
+/// Returns the index of the one sample that is kept of an odd number in one edge; all others are dropped in pairs.
+fn kept(mode: Mode, samples: &[i32], enters: bool) -> usize {
+    let last = samples.len() - 1;
+    match (mode, enters) {
+        (Mode::OVER, true) | (Mode::UNDER, false) => 0,
+        (Mode::OVER, false) | (Mode::UNDER, true) => last,
+        // The sample that changes the length inside least.
+        (Mode::Exact, _) => {
+            let lost = |kept: usize| -> i64 {
+                let pairs = samples[..kept].chunks_exact(2).chain(samples[kept + 1..].chunks_exact(2));
+                pairs.map(|pair| i64::from(pair[1] - pair[0])).sum()
+            };
+            (0..=last).step_by(2).min_by_key(|&kept| lost(kept)).unwrap_or(0)
         }
     }
 }
@@ -323,42 +352,70 @@ fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: b
 }
 
 impl Source<'_> {
-    /// Returns the lattice edges within which a ray leaves the solid and re-enters it: axis, lower node, and the two crossings.
-    pub fn gaps(&self) -> Vec<(usize, [i32; 3], [Crossing; 2])> {
+    /// Returns the lattice edges that their ray crosses an even number of times: axis, lower node, the first and the last crossing,
+    /// and whether the ray enters at the first.
+    pub fn pairs(&self) -> Vec<Pair> {
         let of_image = |axis: usize| {
             let image = self.images[axis];
             let (columns, rows) = image.size();
             let pixels = Pixels::new(image.grid().shift());
             let of_ray = move |ray: u32| {
-                let (column, row) = ((ray % columns) as i32, (ray / columns) as i32);
                 let samples = image.samples(ray);
                 let first = image.offsets()[ray as usize] as usize;
                 let mut found = Vec::new();
-                let mut from = 1;
-                while from + 1 < samples.len() {
+                let mut from = 0;
+                while from < samples.len() {
                     let edge = pixels.index_from(samples[from]);
                     let count = samples[from..].iter().take_while(|&&depth| pixels.index_from(depth) == edge).count();
-                    let enters_before = pixels.index_from(samples[from - 1]) == edge;
-                    if count % 2 == 0 && !enters_before {
+                    let enters = from % 2 == 0;
+                    if count % 2 == 0 {
                         let crossing = |at: usize, enters: bool| Crossing {
                             at: (samples[at] - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32,
                             normal: normal_at(image, self.normals, first + at, enters),
                         };
-                        let node = match axis {
-                            0 => [edge, column + 1, row],
-                            1 => [column + 1, edge, row],
-                            _ => [column + 1, row + 1, edge - 1],
-                        };
-                        found.push((axis, node, [crossing(from, false), crossing(from + count - 1, true)]));
+                        let node = self.node(axis, ray, edge);
+                        let crossings = [crossing(from, enters), crossing(from + count - 1, !enters)];
+                        found.push(Pair { axis, node, crossings, enters });
                     }
-                    // On to the next sample at which the ray leaves.
-                    from += count + usize::from(count % 2 == 1);
+                    from += count;
                 }
                 found
             };
             (0..columns * rows).into_par_iter().with_min_len(1024).flat_map_iter(of_ray)
         };
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
+    }
+
+    /// Returns the outward normal at the first crossing of the edge along `axis` from a node; zero where unknown.
+    pub fn first_normal(&self, axis: usize, node: [i32; 3]) -> [f32; 3] {
+        let mut end = node;
+        end[axis] += 1;
+        let image = self.images[axis];
+        let ends = [node, end].map(|node| self.before(axis, node));
+        // Beyond the grid lie no samples.
+        let (Some(sample), inside) = (match ends {
+            [Some(before), _] => (Some(before), node),
+            [None, Some(_)] => (Some(0), end),
+            [None, None] => (None, node),
+        }) else {
+            return [0.0; 3];
+        };
+        let ray = self.ray(axis, [inside[0] - 1, inside[1] - 1, inside[2]]);
+        if sample >= image.samples(ray).len() {
+            return [0.0; 3];
+        }
+        normal_at(image, self.normals, image.offsets()[ray as usize] as usize + sample, sample % 2 == 0)
+    }
+
+    /// Returns the lower end of an edge of a ray.
+    fn node(&self, axis: usize, ray: u32, edge: i32) -> [i32; 3] {
+        let columns = self.images[axis].size().0;
+        let (column, row) = ((ray % columns) as i32, (ray / columns) as i32);
+        match axis {
+            0 => [edge, column + 1, row],
+            1 => [column + 1, edge, row],
+            _ => [column + 1, row + 1, edge - 1],
+        }
     }
 
     /// Returns whether a node is inside.

@@ -171,8 +171,6 @@ struct Contour<'a> {
     irregular: Vec<u32>,
     distance: f32,
     sub_resolution: SubResolution,
-    /// Number of gaps finer than the lattice that the mesh keeps.
-    kept: u64,
     disagreements: u64,
 }
 
@@ -187,16 +185,13 @@ struct Patch {
 
 impl<'a> Contour<'a> {
     fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
-        let cuts = Cuts::of_gaps(&source);
-        // Gaps that are kept do not count as missing.
-        let kept = cuts.len() as u64;
+        let cuts = Cuts::of_thin(&source);
         Contour {
             source,
             grid,
             precision,
             joined: JoinedFaces::default(),
             cuts,
-            kept,
             before: (CellLayer::default(), 0),
             vertices: Vec::new(),
             triangles: Vec::new(),
@@ -213,7 +208,7 @@ impl<'a> Contour<'a> {
     /// Adds the vertices of some layers of cells, and the triangles of their edges except those of their last plane.
     fn add_layers(&mut self, range: std::ops::Range<i32>) -> Result<(), SurfaceError> {
         checkpoint();
-        let slab = EdgeSlab::new(&self.source, range.clone());
+        let slab = EdgeSlab::new(&self.source, &self.cuts, range.clone());
         self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
         self.cuts.add_necks(&self.source, &slab);
@@ -250,7 +245,7 @@ impl<'a> Contour<'a> {
                         self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));
                     }
                     for (node, crossings) in self.cuts.in_layer(axis, k) {
-                        for quad in Quad::around_cut(axis, node, crossings, layer_of) {
+                        for quad in Quad::around_cut(axis, node, crossings, slab.is_inside(node), layer_of) {
                             self.add_quad(&mut patch, quad);
                         }
                     }
@@ -303,10 +298,15 @@ impl<'a> Contour<'a> {
         let grid = self.grid;
         self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
         let movers = self.features.iter().filter(|feature| feature.target.is_some()).count() as u64;
-        let SubResolution { gaps, .. } = self.sub_resolution;
+        let SubResolution { walls, gaps, unsupported } = self.sub_resolution;
+        let [kept_walls, kept_gaps] = self.cuts.kept();
         Surface {
             mesh: TriangleMesh { positions: self.vertices, triangles: self.triangles },
-            sub_resolution: SubResolution { gaps: gaps.saturating_sub(self.kept), ..self.sub_resolution },
+            sub_resolution: SubResolution {
+                walls: walls.saturating_sub(kept_walls),
+                gaps: gaps.saturating_sub(kept_gaps),
+                unsupported,
+            },
             disagreements: self.disagreements,
             distance: f64::from(self.distance) * grid.pitch(),
             moved: movers - stayed,

@@ -22,6 +22,8 @@ pub struct Quad {
     node: [i32; 3],
     axis: u8,
     crossing: Crossing,
+    /// The diagonal that it must be cut along, if not either: the first, between its first corner and its third, or the second.
+    forced: Option<bool>,
 }
 
 impl Quad {
@@ -36,15 +38,25 @@ impl Quad {
         Quad::at(axis, node, slab.crossing(axis, node), slab.is_inside(node), 0, layer_of)
     }
 
-    /// Returns the quadrilaterals around the two crossings of a cut edge.
+    /// Returns the quadrilaterals around the two crossings of a cut edge, whose ends are inside or outside.
     pub fn around_cut<'l>(
         axis: usize,
         node: [i32; 3],
         [lower, upper]: [Crossing; 2],
+        is_inside: bool,
         layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
     ) -> [Quad; 2] {
-        let lower = Quad::at(axis, node, lower, true, 0, &layer_of);
-        [lower, Quad::at(axis, node, upper, false, UPPER, &layer_of)]
+        let lower = Quad::at(axis, node, lower, is_inside, 0, &layer_of);
+        let upper = Quad::at(axis, node, upper, !is_inside, UPPER, &layer_of);
+        // At a rim both may have the same vertices on one diagonal, which is then an edge of neither.
+        let are_shared = |i: usize, j: usize| [i, j].iter().all(|&at| upper.corners.contains(&lower.corners[at]));
+        let forced = |of_lower: bool| match (are_shared(0, 2), are_shared(1, 3)) {
+            (true, _) => Some(!of_lower),
+            (_, true) => Some(of_lower),
+            _ => None,
+        };
+        // One runs around the edge the other way, from another corner, so that the first diagonal of one is the second of the other.
+        [Quad { forced: forced(true), ..lower }, Quad { forced: forced(false), ..upper }]
     }
 
     /// Returns the quadrilateral around a crossing, with the solid below it or above; `number` is the crossing's number minus
@@ -68,7 +80,7 @@ impl Quad {
         if !is_below {
             corners.reverse();
         }
-        Quad { corners, node, axis: axis as u8, crossing }
+        Quad { corners, node, axis: axis as u8, crossing, forced: None }
     }
 
     /// Returns the corners relative to the lower end of the edge: near it 32 bits are sufficient.
@@ -104,13 +116,14 @@ impl Quad {
     /// Cuts it into two triangles along the better diagonal.
     pub fn cut(&self, vertices: &[DVec3]) -> Cut {
         let (corners, [one, other]) = self.fits(vertices);
-        self.cut_along(one.is_better(&other), corners, one.is_regular() && other.is_regular())
+        let first = self.forced.unwrap_or_else(|| one.is_better(&other));
+        self.cut_along(first, corners, one.is_regular() && other.is_regular())
     }
 
     /// Returns the [`cut`](Quad::cut) along the other diagonal, if that fits the normal nearly as well.
     pub fn cut_otherwise(&self, vertices: &[DVec3]) -> Option<Cut> {
         let (corners, [one, other]) = self.fits(vertices);
-        let fits = (one.cosine - other.cosine).abs() < NEARLY;
+        let fits = self.forced.is_none() && (one.cosine - other.cosine).abs() < NEARLY;
         fits.then(|| self.cut_along(!one.is_better(&other), corners, one.is_regular() && other.is_regular()))
     }
 
