@@ -15,8 +15,10 @@
 //! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
-//! Detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Exceptions are
-//! gaps that separate two solids that touch or nearly do (`cuts`), which would otherwise have spurious handles. Triangles that
+//! The second holds where normals are those of the surface that was sampled: others may move a vertex past a node.
+//!
+//! Walls and gaps finer than the lattice are kept where they extend over a cell or more (`cuts`): both surfaces then pass between two
+//! nodes. Other detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Triangles that
 //! cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none remained
 //! in any test: models, random nodes, walls thinner than a pitch.
 //!

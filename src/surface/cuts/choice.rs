@@ -6,8 +6,9 @@
 //! they divide the corners in front of them from those behind. Where that ends lies their rim, in the cells around their last
 //! edges; it may be off by a pitch along them.
 //!
-//! The arcs on a face go through a wall where the normals at their ends agree better so, and never across a gap. Where four
-//! quadrilaterals would meet in one edge, the other pairing of the face's arcs is taken, or its edges are not cut after all.
+//! A face with cut edges is joined where the normals at the ends of its arcs agree better so: an arc between opposite normals closes
+//! a wall, or bridges a gap. Where four quadrilaterals would meet in one edge, the other pairing of the face's arcs is taken, or its
+//! edges are not cut after all.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -197,24 +198,29 @@ impl<'a> Choice<'a> {
         }
     }
 
-    /// Returns whether walls cross a face, and the normals at the ends of that arc where they agree least agree better if it is
-    /// joined.
+    /// Returns whether the normals at the ends of a face's arcs agree better if it is joined: those that agree least, or, where they do
+    /// not decide between pairings of two arcs, all. Without normals, walls and gaps pass through.
     fn are_joined(&self, (above, axis): Face) -> bool {
         let Some(&signs) = self.cells.get(&above) else { return false };
         let cut = signs.cut & face_edges(axis, 0);
-        // Where solids nearly touch, joined arcs would be a bridge.
-        if cut == 0 || cut_edges(cut).any(|edge| signs.inside >> edge_ends(edge).0 & 1 == 1) {
+        if cut == 0 {
             return false;
         }
+        let has_gap = cut_edges(cut).any(|edge| signs.inside >> edge_ends(edge).0 & 1 == 1);
         let bit = 1 << (2 * axis);
-        let [apart, joined] = [signs.joined & !bit, signs.joined | bit].map(|joined| {
+        let pairings = [signs.joined & !bit, signs.joined | bit].map(|joined| {
             let cosine = |ends: [usize; 2]| {
                 let [one, other] = ends.map(|crossing| self.normal(above, signs, crossing));
                 one.dot(other)
             };
-            arcs(Signs { joined, ..signs }, axis, 0).into_iter().flatten().map(cosine).fold(1.0, f32::min)
+            arcs(Signs { joined, ..signs }, axis, 0).into_iter().flatten().map(cosine).collect::<Vec<f32>>()
         });
-        joined > apart + SAME || self.source.normals.is_none()
+        let least = pairings.each_ref().map(|cosines| cosines.iter().copied().fold(1.0, f32::min));
+        let [apart, joined] = match pairings[0].len() {
+            2 if (least[0] - least[1]).abs() <= SAME => pairings.map(|cosines| cosines.iter().sum()),
+            _ => least,
+        };
+        joined > apart + SAME || !has_gap && self.source.normals.is_none()
     }
 
     /// Returns the normal at a crossing of a cell.
