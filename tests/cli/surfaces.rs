@@ -181,20 +181,22 @@ fn meshes_that_lack_measured_volume_are_not_written() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("b.stl", &cube(0.001, 3.0));
-    // The difference leaves a wall of a thousandth at each of three faces, and no node lies in these walls.
+    // The difference leaves a wall of a thousandth at each of three faces, which the mesh has, but thicker.
     let command = ["difference", "a.stl", "b.stl", "--resolution", "16", "--mesh", "sampled", "-o", "thin.stl"];
     let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).json();
-    assert!(warning_codes(&result).contains(&"below-resolution"));
-    assert!(result["surface"]["sub_resolution"]["walls"].as_u64().unwrap() > 100, "{:#}", result["surface"]);
-    // A plate of a thousandth beside a cube of a thousandth of its volume.
-    folder.stl("a.stl", &[cuboid([0.0; 3], [2.0, 2.0, 0.001]), cube(3.0, 0.1)].concat());
+    assert!(warning_codes(&result).contains(&"mesh-far-from-volume"));
+    assert!(result["surface"]["sub_resolution"]["walls"].as_u64().unwrap() < 100, "{:#}", result["surface"]);
+    // A plate of a thousandth of its sides, which is kept, and one of a tenth of that beside a small cube, which is widened too much.
+    folder.stl("a.stl", &[cuboid([0.0; 3], [2.0, 2.0, 0.002]), cube(3.0, 0.1)].concat());
+    folder.run(&["sample", "a.stl", "--resolution", "64", "-o", "kept.stl"]).code(0);
+    folder.stl("a.stl", &[cuboid([0.0; 3], [2.0, 2.0, 0.0002]), cube(3.0, 0.1)].concat());
     fs::write(folder.path("plate.stl"), "yesterday's").unwrap();
     let command = ["sample", "a.stl", "--resolution", "64", "-o", "plate.stl"];
     let words = ["plate.stl", "no mesh was written", "walls", "earlier run"];
     let result = folder.run(&[&command[..], &["--json", "-"]].concat()).code(1).warns(&words).json();
     assert_eq!((&result["surface"]["path"], result.get("output")), (&Value::Null, None));
     assert!(
-        result["surface"]["triangles"].as_u64().unwrap() > 0 && result["volume"]["value"].as_f64().unwrap() > 0.004
+        result["surface"]["triangles"].as_u64().unwrap() > 0 && result["volume"]["value"].as_f64().unwrap() > 0.0015
     );
     assert_eq!(read(&folder.path("plate.stl")), "yesterday's");
     folder.run(&["sample", "a.stl", "--resolution", "64", "-o", "plate.npz"]).code(0);

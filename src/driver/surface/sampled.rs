@@ -133,7 +133,7 @@ pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warnin
     let message = || {
         format!(
             "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh lacks {walls} walls and {gaps} gaps that are \
-             thinner than the pitch; raise --resolution to keep more",
+             thinner than the pitch, and widens those below a fiftieth of it; raise --resolution to keep more",
             number(mesh),
             number(value),
             number(error),
