@@ -76,7 +76,8 @@ const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
 pub struct Signs {
     /// The corners that are inside.
     pub inside: u8,
-    /// The joined faces: inside corners on a diagonal of a face are joined there, and separated on all other faces.
+    /// The joined faces: inside corners on a diagonal of a face, or intervals inside between cut edges, are joined there, and
+    /// separated on all other faces.
     pub joined: u8,
     /// The cut edges; both ends of each have the same sign.
     pub cut: u16,
@@ -173,7 +174,7 @@ pub fn face_edges(axis: usize, side: usize) -> u16 {
 }
 
 /// Returns whether two arcs on the face across `axis` between the cells `below` and `above` belong to one loop in both, so that
-/// four quadrilaterals would meet in one edge; an ambiguous face must be joined then.
+/// four quadrilaterals would meet in one edge; the arcs must be paired otherwise then.
 pub fn at_fault(axis: usize, below: Signs, above: Signs) -> bool {
     let loops = [(below, 1), (above, 0)].map(|(signs, side)| {
         let loops = loops(signs).of_crossing;

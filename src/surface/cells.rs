@@ -189,7 +189,13 @@ impl CellLayer {
                 |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
             let target = beyond.filter(is_elsewhere).map(|(_, clamped)| base + clamped);
             let is_alone = loops.count == 1;
-            if !place.is_gentle || !is_alone || target.is_some() || place.held.distance(place.mean) > PLAIN {
+            // At the rim of a wall, triangles of both its sides lie above one another.
+            if signs.cut != 0
+                || !place.is_gentle
+                || !is_alone
+                || target.is_some()
+                || place.held.distance(place.mean) > PLAIN
+            {
                 self.features.push(Feature {
                     vertex: self.vertices.len() as u32,
                     held: base + place.held,

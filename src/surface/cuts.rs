@@ -37,8 +37,9 @@ type Place = [i32; 4];
 pub struct CutCell {
     pub cut: u16,
     pub joined: u8,
-    /// The cut edges between corners that are outside.
+    /// The cut edges between corners that are outside, and those between corners that are inside and no necks.
     walls: u16,
+    gaps: u16,
 }
 
 /// The edges that are cut.
@@ -108,21 +109,19 @@ impl Cuts {
         self.of_edge[&place(axis, node)]
     }
 
-    /// Returns how to choose between the crossings of an edge with more than one: beside gaps as of an image within the solid, so
-    /// that no crossing closes a gap, and beside walls as of one around it.
+    /// Returns the mode by which to choose between the crossings of an edge with more than one: beside gaps that of an image within
+    /// the solid, so that no gap is closed, and beside walls that of one around it.
     pub fn mode_beside(&self, axis: usize, node: [i32; 3]) -> Mode {
-        let [mut walls, mut gaps] = [false; 2];
+        // Necks do not count: they are known slab by slab.
+        let [mut walls, mut gaps] = [0; 2];
         for (cell, edge) in cells_around(axis, node) {
+            let parallel = (0xf << (4 * axis)) & !(1 << edge);
             let cut = self.in_cell(cell);
-            for beside in (4 * axis..4 * axis + 4).filter(|&beside| beside != edge && cut.cut >> beside & 1 == 1) {
-                let is_wall = cut.walls >> beside & 1 == 1;
-                walls |= is_wall;
-                gaps |= !is_wall;
-            }
+            (walls, gaps) = (walls | cut.walls & parallel, gaps | cut.gaps & parallel);
         }
         match (walls, gaps) {
-            (true, false) => Mode::OVER,
-            (false, true) => Mode::UNDER,
+            (1.., 0) => Mode::OVER,
+            (0, 1..) => Mode::UNDER,
             _ => Mode::Exact,
         }
     }

@@ -352,8 +352,7 @@ fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: b
 }
 
 impl Source<'_> {
-    /// Returns the lattice edges that their ray crosses an even number of times: axis, lower node, the first and the last crossing,
-    /// and whether the ray enters at the first.
+    /// Returns the lattice edges that their ray crosses an even number of times.
     pub fn pairs(&self) -> Vec<Pair> {
         let of_image = |axis: usize| {
             let image = self.images[axis];
@@ -386,7 +385,7 @@ impl Source<'_> {
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
     }
 
-    /// Returns the outward normal at the first crossing of the edge along `axis` from a node; zero where unknown.
+    /// Returns the outward normal at the first crossing of the ray along `axis` from a node on; zero where unknown.
     pub fn first_normal(&self, axis: usize, node: [i32; 3]) -> [f32; 3] {
         let mut end = node;
         end[axis] += 1;

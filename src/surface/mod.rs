@@ -17,15 +17,15 @@
 //!
 //! The second holds where normals are those of the surface that was sampled: others may move a vertex past a node.
 //!
-//! Walls and gaps finer than the lattice are kept where they extend over a cell or more (`cuts`): both surfaces then pass between two
-//! nodes. Other detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted. Triangles that
-//! cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none remained
-//! in any test: models, random nodes, walls thinner than a pitch.
+//! Walls and gaps finer than the lattice are kept where they extend over a cell or more (`cuts`): both surfaces then pass between
+//! two nodes. Other detail finer than the lattice is lost: several crossings between two nodes cancel in pairs. They are counted.
+//! Triangles that cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none
+//! remained in any test of models, random nodes and walls thinner than a pitch.
 //!
 //! # Slabs
 //! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
-//! crossings, the vertices of its cells, and its triangles. Beyond the images and the mesh itself nothing larger than a slab is
-//! held in memory, and the result depends neither on the height of slabs nor on threads.
+//! crossings, the vertices of its cells, and its triangles. Beyond the images, the mesh itself and the edges that rays cross twice
+//! nothing larger than a slab is held in memory, and the result depends neither on the height of slabs nor on threads.
 
 mod apart;
 mod cells;

@@ -75,11 +75,14 @@ impl Bounds {
     }
 }
 
+/// Most crossings of a loop.
+pub const MOST_CROSSINGS: usize = 12;
+
 /// The crossings of one loop with their normals.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Loop {
-    points: [DVec3; 12],
-    normals: [DVec3; 12],
+    points: [DVec3; MOST_CROSSINGS],
+    normals: [DVec3; MOST_CROSSINGS],
     count: usize,
 }
 

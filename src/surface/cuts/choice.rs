@@ -2,13 +2,14 @@
 //!
 //! Not all edges that rays cross twice are cut: beside every sharp edge of a solid, rays cut its tip off. What is thin is known by
 //! the normals of its two sides, which are nearly opposite; by a cell whose corners have one sign, although cut edges divide
-//! them; or by an edge that divides the corners of all four cells around it. From there walls and gaps are followed, from edge to edge of one cell, as far as
-//! they divide the corners in front of them from those behind. Where that ends lies their rim, in the cells around their last
-//! edges; it may be off by a pitch along them.
+//! them; or by an edge that divides the corners of all four cells around it. From there walls and gaps are followed, from edge to
+//! edge of one cell, as far as they divide the corners in front of them from those behind. Where that ends lies their rim, in the
+//! cells around their last edges; it may be off by a pitch along them.
 //!
 //! A face with cut edges is joined where the normals at the ends of its arcs agree better so: an arc between opposite normals closes
-//! a wall, or bridges a gap. Where four quadrilaterals would meet in one edge, the other pairing of the face's arcs is taken, or its
-//! edges are not cut after all.
+//! a wall, or bridges a gap. Where four quadrilaterals would meet in one edge, the other pairing of the face's arcs is taken. Edges
+//! are not cut after all where that does not help, where both their quadrilaterals would have the same four vertices, or where a
+//! loop would have too many crossings.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -16,12 +17,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::super::edges::{Crossing, Pair, Source};
+use super::super::qef::MOST_CROSSINGS;
 use super::{CutCell, Cuts, Place, apart, cells_around, edge_of, place};
 use crate::cancel::checkpoint;
 use crate::cell::{Loops, Signs, UPPER, arcs, at_fault, edge_ends, face_edges, loops, parts};
-
-/// Most crossings of a loop.
-const MOST_CROSSINGS: usize = 12;
 
 /// The cosine between the normals of two sides, 135°, below which they are those of a wall or a gap, not of an edge.
 const OPPOSITE: f32 = -0.707;
@@ -36,7 +35,7 @@ struct Choice<'a> {
     cells: HashMap<[i32; 3], Signs>,
 }
 
-/// A face: its axis, and the cell above it.
+/// A face: the cell above it, and its axis.
 type Face = ([i32; 3], usize);
 
 impl Cuts {
@@ -51,7 +50,7 @@ impl Cuts {
         let of_cell = |(cell, Signs { inside, cut, joined }): ([i32; 3], Signs)| {
             let is_wall = |&edge: &usize| inside >> edge_ends(edge).0 & 1 == 0;
             let walls = cut_edges(cut).filter(is_wall).fold(0, |bits, edge| bits | 1 << edge);
-            (cell, CutCell { cut, joined, walls })
+            (cell, CutCell { cut, joined, walls, gaps: cut & !walls })
         };
         let of_cell = cells.into_iter().filter(|(_, signs)| signs.cut != 0).map(of_cell).collect();
         Cuts { of_edge: edges, of_cell, kept }
@@ -73,6 +72,7 @@ impl<'a> Choice<'a> {
             *cut.entry(cell).or_default() |= 1 << edge;
         }
         let signs = |(cell, cut): ([i32; 3], u16)| {
+            checkpoint();
             let corner = |c: i32| source.is_inside([cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)]);
             let inside = (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c);
             (cell, Signs { inside, joined: 0, cut })
@@ -93,6 +93,7 @@ impl<'a> Choice<'a> {
         let mut kept: BTreeSet<Place> = core.collect();
         let mut waiting: Vec<Place> = kept.iter().copied().collect();
         while let Some([z, axis, y, x]) = waiting.pop() {
+            checkpoint();
             for (cell, _) in cells_around(axis as usize, [x, y, z]) {
                 let signs = self.cells[&cell];
                 let next = cut_edges(signs.cut).filter(|&edge| continues(signs, edge)).map(|edge| of_cell(cell, edge));
@@ -109,11 +110,12 @@ impl<'a> Choice<'a> {
         let mut active: BTreeSet<[i32; 3]> = self.cells.keys().copied().collect();
         while !active.is_empty() {
             checkpoint();
-            let idle =
-                self.edges_of(&active, |choice, around| !around.iter().any(|&(c, e)| parts(choice.cells[&c], e)));
-            if !idle.is_empty() {
-                active.extend(self.remove(idle));
-                continue;
+            let mut changed = active.clone();
+            while !changed.is_empty() {
+                let idle =
+                    self.edges_of(&changed, |choice, around| !around.iter().any(|&(c, e)| parts(choice.cells[&c], e)));
+                changed = self.remove(idle);
+                active.extend(&changed);
             }
             self.pair_arcs(&active);
             let beside = active
@@ -206,7 +208,9 @@ impl<'a> Choice<'a> {
         if cut == 0 {
             return false;
         }
-        let has_gap = cut_edges(cut).any(|edge| signs.inside >> edge_ends(edge).0 & 1 == 1);
+        if self.is_without_normals(cut, above) {
+            return cut_edges(cut).all(|edge| signs.inside >> edge_ends(edge).0 & 1 == 0);
+        }
         let bit = 1 << (2 * axis);
         let pairings = [signs.joined & !bit, signs.joined | bit].map(|joined| {
             let cosine = |ends: [usize; 2]| {
@@ -220,7 +224,12 @@ impl<'a> Choice<'a> {
             2 if (least[0] - least[1]).abs() <= SAME => pairings.map(|cosines| cosines.iter().sum()),
             _ => least,
         };
-        joined > apart + SAME || !has_gap && self.source.normals.is_none()
+        joined > apart + SAME
+    }
+
+    /// Returns whether the normals at some cut edges of a cell are unknown.
+    fn is_without_normals(&self, cut: u16, cell: [i32; 3]) -> bool {
+        cut_edges(cut).all(|edge| self.edges[&of_cell(cell, edge)].iter().all(|crossing| crossing.normal == [0.0; 3]))
     }
 
     /// Returns the normal at a crossing of a cell.
@@ -238,6 +247,7 @@ impl<'a> Choice<'a> {
     fn mend_faults(&mut self, cells: &BTreeSet<[i32; 3]>) -> BTreeSet<Place> {
         let mut wrong = BTreeSet::new();
         for (above, axis) in self.faces_of(cells) {
+            checkpoint();
             let Some(&signs) = self.cells.get(&above).filter(|signs| signs.cut & face_edges(axis, 0) != 0) else {
                 continue;
             };
