@@ -83,6 +83,19 @@ pub struct Signs {
     pub cut: u16,
 }
 
+impl Signs {
+    /// Returns whether both ends of an edge are inside, or both outside.
+    fn are_ends_equal(&self, edge: usize) -> bool {
+        let (a, b) = edge_ends(edge);
+        (self.inside >> a ^ self.inside >> b) & 1 == 0
+    }
+
+    /// Returns whether a cut edge lies between outside corners, so that the surface has a wall there, not a gap.
+    pub fn is_wall(&self, edge: usize) -> bool {
+        self.inside >> edge_ends(edge).0 & 1 == 0
+    }
+}
+
 /// Returns the loops of a cell.
 pub fn loops(signs: Signs) -> Loops {
     static PLAIN: LazyLock<Vec<Loops>> =
@@ -153,18 +166,15 @@ pub fn arcs(signs: Signs, axis: usize, side: usize) -> [Option<[usize; 2]>; 4] {
 }
 
 /// Returns whether a cut edge of a cell lies between corners of the same sign that no way along edges that are not cut connects.
-pub fn parts(Signs { inside, cut, .. }: Signs, edge: usize) -> bool {
+pub fn parts(signs: Signs, edge: usize) -> bool {
     let mut class: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-    let connects = |&edge: &usize| {
-        let (a, b) = edge_ends(edge);
-        (inside >> a ^ inside >> b) & 1 == 0 && cut >> edge & 1 == 0
-    };
+    let connects = |&edge: &usize| signs.are_ends_equal(edge) && signs.cut >> edge & 1 == 0;
     for (a, b) in (0..12).filter(connects).map(edge_ends) {
         let (from, to) = (class[a], class[b]);
         class.iter_mut().filter(|class| **class == from).for_each(|class| *class = to);
     }
     let (a, b) = edge_ends(edge);
-    cut >> edge & 1 == 1 && class[a] != class[b]
+    signs.cut >> edge & 1 == 1 && class[a] != class[b]
 }
 
 /// Returns the edges of the face on `side` of `axis`, as bits.
@@ -208,11 +218,7 @@ mod tests {
     use super::*;
 
     fn edges_between_equals(inside: u8) -> u16 {
-        let are_equal = |&edge: &usize| {
-            let (a, b) = edge_ends(edge);
-            (inside >> a ^ inside >> b) & 1 == 0
-        };
-        (0..12).filter(are_equal).fold(0, |bits, edge| bits | 1 << edge)
+        (0..12).filter(|&edge| plain(inside, 0).are_ends_equal(edge)).fold(0, |bits, edge| bits | 1 << edge)
     }
 
     fn plain(inside: u8, joined: u8) -> Signs {

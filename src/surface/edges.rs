@@ -307,12 +307,8 @@ impl<'a> Filler<'a> {
                         from + kept(mode, &samples[from..from + count], enters)
                     }
                 };
-                let below = self.pixels.ray(edge - 1);
                 let place = self.rows.place(row, bit);
-                self.rows.crossings[place] = Crossing {
-                    at: (samples[kept] - below) as f32 / (1i64 << self.pixels.shift) as f32,
-                    normal: normal_at(image, self.source.normals, first + kept, enters),
-                };
+                self.rows.crossings[place] = self.source.crossing(self.axis, first + kept, edge, enters);
                 self.filled += 1;
                 dropped -= 1;
             }
@@ -352,6 +348,16 @@ fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: b
 }
 
 impl Source<'_> {
+    /// Returns the crossing at a sample, counted through all rays, of an edge of its ray.
+    fn crossing(&self, axis: usize, sample: usize, edge: i32, enters: bool) -> Crossing {
+        let image = self.images[axis];
+        let pixels = Pixels::new(image.grid().shift());
+        Crossing {
+            at: (image.depths()[sample] - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32,
+            normal: normal_at(image, self.normals, sample, enters),
+        }
+    }
+
     /// Returns the lattice edges that their ray crosses an even number of times.
     pub fn pairs(&self) -> Vec<Pair> {
         let of_image = |axis: usize| {
@@ -368,10 +374,7 @@ impl Source<'_> {
                     let count = samples[from..].iter().take_while(|&&depth| pixels.index_from(depth) == edge).count();
                     let enters = from % 2 == 0;
                     if count % 2 == 0 {
-                        let crossing = |at: usize, enters: bool| Crossing {
-                            at: (samples[at] - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32,
-                            normal: normal_at(image, self.normals, first + at, enters),
-                        };
+                        let crossing = |at: usize, enters: bool| self.crossing(axis, first + at, edge, enters);
                         let node = self.node(axis, ray, edge);
                         let crossings = [crossing(from, enters), crossing(from + count - 1, !enters)];
                         found.push(Pair { axis, node, crossings, enters });
@@ -385,21 +388,15 @@ impl Source<'_> {
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
     }
 
-    /// Returns the outward normal at the first crossing of the ray along `axis` from a node on; zero where unknown.
+    /// Returns the outward normal at the first crossing of the ray along `axis` from a node on; zero where unknown. The node or the
+    /// next on the ray is inside.
     pub fn first_normal(&self, axis: usize, node: [i32; 3]) -> [f32; 3] {
-        let mut end = node;
-        end[axis] += 1;
         let image = self.images[axis];
-        let ends = [node, end].map(|node| self.before(axis, node));
-        // Beyond the grid lie no samples.
-        let (Some(sample), inside) = (match ends {
-            [Some(before), _] => (Some(before), node),
-            [None, Some(_)] => (Some(0), end),
-            [None, None] => (None, node),
-        }) else {
-            return [0.0; 3];
-        };
-        let ray = self.ray(axis, [inside[0] - 1, inside[1] - 1, inside[2]]);
+        let mut next = node;
+        next[axis] += 1;
+        // Before the grid lie no samples.
+        let (sample, [x, y, z]) = self.before(axis, node).map_or((0, next), |before| (before, node));
+        let ray = self.ray(axis, [x - 1, y - 1, z]);
         if sample >= image.samples(ray).len() {
             return [0.0; 3];
         }

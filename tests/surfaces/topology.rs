@@ -7,8 +7,8 @@ use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::ldi::{Ldi, Mode};
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh};
 use ldi_ops::solids;
-use ldi_ops::surface::contour;
 use ldi_ops::surface::manifold::ManifoldReport;
+use ldi_ops::surface::{Surface, contour};
 
 use crate::crossings::assert_uncrossed;
 use crate::sampled::{assert_solid, nodes, surface_of, surface_of_expression};
@@ -128,6 +128,14 @@ fn surfaces_of_random_walls_and_gaps_are_manifolds_that_contain_the_nodes() {
     assert!(kept > 40, "{kept}");
 }
 
+/// Asserts that a surface is a manifold without handles and crossings, and returns its report.
+fn without_handles(surface: &Surface, grid: &Grid, what: &str) -> ManifoldReport {
+    let report = ManifoldReport::of(&surface.mesh, Precision::Single);
+    assert!(report.passed() && report.genus == Some(0), "{what}: genus {:?}, {:?}", report.genus, report.failures());
+    assert_uncrossed(surface, grid, what);
+    report
+}
+
 /// A box about a point, turned about the origin.
 fn turned_box(centre: DVec3, size: DVec3, seed: u32) -> ClosedMesh {
     let mut mesh = solids::cuboid(centre - 0.5 * size, centre + 0.5 * size).unwrap();
@@ -151,14 +159,7 @@ fn plates_nearer_than_a_pitch_stay_two() {
             let (surface, grid) = surface_of_expression("a | b", &[&a, &b], 40);
             // A node in the tip of a corner may be a part of its own, beside one plate as beside two.
             let [of_a, of_b, of_both] = [surface_of(&a, &grid), surface_of(&b, &grid), surface].map(|surface| {
-                let report = ManifoldReport::of(&surface.mesh, Precision::Single);
-                assert!(
-                    report.passed() && report.genus == Some(0),
-                    "{seed}: {:?} {:?}",
-                    report.genus,
-                    report.failures()
-                );
-                assert_uncrossed(&surface, &grid, &format!("{seed}"));
+                let report = without_handles(&surface, &grid, &format!("{seed}"));
                 (report.components, report.signed_volume)
             });
             assert_eq!(of_a.0 + of_b.0, of_both.0, "{seed}");
@@ -219,14 +220,7 @@ fn surfaces_do_not_depend_on_image_order_or_thread_count() {
 fn assert_no_handles(a: TriangleMesh, b: TriangleMesh, rays: u32, what: &str) {
     let (a, b) = (closed(a), closed(b));
     let (surface, grid) = surface_of_expression("a | b", &[&a, &b], rays);
-    let manifold = ManifoldReport::of(&surface.mesh, Precision::Single);
-    assert!(
-        manifold.passed() && manifold.genus == Some(0),
-        "{what}: genus {:?}, {:?}",
-        manifold.genus,
-        manifold.failures()
-    );
-    assert_uncrossed(&surface, &grid, what);
+    without_handles(&surface, &grid, what);
     assert_solid(&surface.mesh);
     let [of_a, of_b, found] = [&a, &b, &closed(surface.mesh)].map(|mesh| nodes(mesh, &grid).concat());
     assert!(found.iter().zip(of_a.iter().zip(&of_b)).all(|(&found, (&a, &b))| found == a | b), "{what}");

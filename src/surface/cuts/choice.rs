@@ -47,9 +47,9 @@ impl Cuts {
         let Choice { edges, cells, .. } = choice;
         let walls = edges.keys().filter(|&&[z, _, y, x]| !source.is_inside([x, y, z])).count() as u64;
         let kept = [walls, edges.len() as u64 - walls];
-        let of_cell = |(cell, Signs { inside, cut, joined }): ([i32; 3], Signs)| {
-            let is_wall = |&edge: &usize| inside >> edge_ends(edge).0 & 1 == 0;
-            let walls = cut_edges(cut).filter(is_wall).fold(0, |bits, edge| bits | 1 << edge);
+        let of_cell = |(cell, signs): ([i32; 3], Signs)| {
+            let Signs { cut, joined, .. } = signs;
+            let walls = cut_edges(cut).filter(|&edge| signs.is_wall(edge)).fold(0, |bits, edge| bits | 1 << edge);
             (cell, CutCell { cut, joined, walls, gaps: cut & !walls })
         };
         let of_cell = cells.into_iter().filter(|(_, signs)| signs.cut != 0).map(of_cell).collect();
@@ -124,19 +124,12 @@ impl<'a> Choice<'a> {
             let beside: Vec<[i32; 3]> = beside.filter(|cell| self.cells.contains_key(cell)).collect();
             active.extend(beside);
             let mut wrong = self.mend_faults(&active);
-            let loops_of: HashMap<[i32; 3], Loops> = self.loops_around(&active);
-            wrong.extend(self.edges_of(&active, |_, around| {
-                around.iter().all(|(cell, edge)| {
-                    let of_crossing = &loops_of[cell].of_crossing;
-                    of_crossing[*edge] == of_crossing[edge + UPPER]
-                })
+            wrong.extend(self.edges_of(&active, |choice, around| {
+                around.iter().all(|&(cell, edge)| {
+                    let Loops { of_crossing, .. } = loops(choice.cells[&cell]);
+                    of_crossing[edge] == of_crossing[edge + UPPER]
+                }) || around.iter().any(|(cell, _)| has_long_loop(choice.cells[cell]))
             }));
-            for (&cell, loops) in active.iter().filter_map(|cell| Some((cell, loops_of.get(cell)?))) {
-                let of_loop = |number: u8| loops.of_crossing.iter().filter(|&&of| of == number).count();
-                if (0..loops.count).any(|number| of_loop(number) > MOST_CROSSINGS) {
-                    wrong.extend(cut_edges(self.cells[&cell].cut).map(|edge| of_cell(cell, edge)));
-                }
-            }
             active = self.remove(wrong);
         }
     }
@@ -152,14 +145,6 @@ impl<'a> Choice<'a> {
             .flat_map_iter(|&cell| cut_edges(self.cells[&cell].cut).map(move |edge| edge_of(cell, edge)));
         let found = of_cells.filter(|&(axis, node)| holds(self, &cells_around(axis, node)));
         found.map(|(axis, node)| place(axis, node)).collect()
-    }
-
-    fn loops_around(&self, cells: &BTreeSet<[i32; 3]>) -> HashMap<[i32; 3], Loops> {
-        let of_edges =
-            cells.iter().flat_map(|&cell| cut_edges(self.cells[&cell].cut).map(move |edge| edge_of(cell, edge)));
-        let all: BTreeSet<[i32; 3]> =
-            of_edges.flat_map(|(axis, node)| cells_around(axis, node)).map(|(cell, _)| cell).collect();
-        all.into_par_iter().map(|cell| (cell, loops(self.cells[&cell]))).collect()
     }
 
     /// Stops cutting some edges, and returns the cells around them.
@@ -209,7 +194,7 @@ impl<'a> Choice<'a> {
             return false;
         }
         if self.is_without_normals(cut, above) {
-            return cut_edges(cut).all(|edge| signs.inside >> edge_ends(edge).0 & 1 == 0);
+            return cut_edges(cut).all(|edge| signs.is_wall(edge));
         }
         let bit = 1 << (2 * axis);
         let pairings = [signs.joined & !bit, signs.joined | bit].map(|joined| {
@@ -266,6 +251,12 @@ impl<'a> Choice<'a> {
 
 fn cut_edges(cut: u16) -> impl Iterator<Item = usize> {
     (0..12).filter(move |edge| cut >> edge & 1 == 1)
+}
+
+/// Returns whether a loop of a cell has more crossings than a vertex is placed by.
+fn has_long_loop(signs: Signs) -> bool {
+    let Loops { count, of_crossing } = loops(signs);
+    (0..count).any(|number| of_crossing.iter().filter(|&&of| of == number).count() > MOST_CROSSINGS)
 }
 
 fn of_cell(cell: [i32; 3], edge: usize) -> Place {
