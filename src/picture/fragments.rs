@@ -42,6 +42,9 @@ const NEAR: f32 = 3.0;
 /// Cosine between normals above which rays belong to one surface.
 const ALIKE: f32 = 0.85;
 
+/// Half the width of a side of a triangle, in pixels.
+const SIDE: f64 = 0.5;
+
 pub(super) fn fragments(scene: &Scene, normals: &[Normals]) -> Fragments {
     let format = scene.camera.format();
     let bands: Vec<(Vec<Fragment>, Vec<u32>)> = (0..format.height.div_ceil(BAND))
@@ -136,17 +139,21 @@ impl<'s> Band<'s> {
         let grid = self.scene.camera.grid();
         let (columns, _) = self.scene.image.size();
         let (column, row) = (ray % columns, ray / columns);
-        let (normal, skin) = match hit {
-            Hit::Cut { .. } => (self.scene.cut.map_or(Vec3::Z, |cut| cut.normal()), None),
+        let line = self.line(at);
+        let (normal, skin, line) = match hit {
+            Hit::Cut { .. } => (self.scene.cut.map_or(Vec3::Z, |cut| cut.normal()), None, line),
             Hit::Sample { sample, .. } => {
                 let triangle = self.scene.triangle(sample);
                 let skin = self.starts.partition_point(|&start| start <= triangle) - 1;
                 let (x, y) = (f64::from(grid.node(column)), f64::from(grid.node(row)));
-                (self.normals[skin].at(triangle - self.starts[skin], x, y), Some(skin as u16))
+                let (normals, triangle) = (&self.normals[skin], triangle - self.starts[skin]);
+                let pixel = f64::from(self.scene.camera.format().supersampling << grid.shift());
+                let is_side = normals.to_side(triangle, x, y).is_some_and(|distance| distance < SIDE * pixel);
+                (normals.at(triangle, x, y), Some(skin as u16), if is_side { 1.0 } else { line })
             }
         };
         let place = Vec3::new(column as f32 + 0.5, row as f32 + 0.5, self.depths[at]);
-        Fragment { at: place, normal, skin, rays: 1, line: self.line(at) }
+        Fragment { at: place, normal, skin, rays: 1, line }
     }
 
     /// Returns the strength of the outline at a ray: the second difference of depth over a pixel to either side, which is zero

@@ -71,13 +71,17 @@ mod tests {
 
     /// Returns a camera on one solid, and its picture on a transparent background.
     fn picture(mesh: TriangleMesh, view: View, cut: Option<Cut>) -> (Camera, Canvas) {
+        picture_with(mesh, view, cut, Facets::Smooth)
+    }
+
+    fn picture_with(mesh: TriangleMesh, view: View, cut: Option<Cut>, facets: Facets) -> (Camera, Canvas) {
         let mesh = turned(mesh, view);
         let camera = Camera::aim(FORMAT, bounds(&mesh), bounds(&mesh)).unwrap();
         let solid = camera.grid().quantise(&mesh).unwrap();
         let image = CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap();
         let skins = [Skin { positions: solid.positions(), triangles: solid.triangles(), tint: palette::alone() }];
         let scene = Scene { camera: &camera, image: &image, skins: &skins, cut, cut_tint: palette::cut() };
-        let canvas = shaded(&scene, Facets::Smooth, Background::Transparent);
+        let canvas = shaded(&scene, facets, Background::Transparent);
         (camera, canvas)
     }
 
@@ -104,6 +108,22 @@ mod tests {
             let other = pixel_at(&camera, &canvas, DVec3::new(x, y, 2.0));
             assert!(other.iter().zip(&middle).all(|(a, b)| (a - b).abs() < 0.02), "{other:?} {middle:?}");
         }
+    }
+
+    #[test]
+    fn sides_of_triangles_are_drawn_where_they_are() {
+        let view = View::From(Axis::Z);
+        let (camera, canvas) = picture_with(cube(), view, None, Facets::Sides);
+        let (_, flat) = picture_with(cube(), view, None, Facets::Flat);
+        let ratio = |x, y| {
+            let point = DVec3::new(x, y, 2.0);
+            brightness(pixel_at(&camera, &canvas, point)) / brightness(pixel_at(&camera, &flat, point))
+        };
+        // The square has one diagonal, which passes through the middle, and not both.
+        let along = [ratio(0.5, 0.5), ratio(0.5, 1.5)];
+        let (drawn, other) = (along[0].min(along[1]), along[0].max(along[1]));
+        assert!(ratio(1.0, 1.0) < 0.8 && drawn < 0.8 && (other - 1.0).abs() < 0.01, "{along:?}");
+        assert!((ratio(1.0, 0.4) - 1.0).abs() < 0.01);
     }
 
     #[test]

@@ -18,6 +18,8 @@ pub enum Facets {
     Flat,
     /// Smooth shading over edges that are less sharp than 40°.
     Smooth,
+    /// Flat shading, with the sides of triangles drawn.
+    Sides,
 }
 
 /// The cosine of the crease angle.
@@ -28,15 +30,17 @@ pub(super) struct Normals<'a> {
     skin: Skin<'a>,
     /// Three for each triangle; empty for flat shading.
     corners: Vec<[Vec3; 3]>,
+    /// Whether sides are drawn.
+    has_sides: bool,
 }
 
 impl<'a> Normals<'a> {
     pub fn new(skin: Skin<'a>, facets: Facets) -> Normals<'a> {
         let corners = match facets {
-            Facets::Flat => Vec::new(),
+            Facets::Flat | Facets::Sides => Vec::new(),
             Facets::Smooth => corner_normals(&skin),
         };
-        Normals { skin, corners }
+        Normals { skin, corners, has_sides: facets == Facets::Sides }
     }
 
     /// Returns the unit normal where a triangle passes a ray, turned to the eye: a visible surface is seen from outside,
@@ -60,6 +64,20 @@ impl<'a> Normals<'a> {
         // Near a silhouette a smoothed normal may point away from the eye.
         normal.z = normal.z.max(0.02);
         normal.normalize_or(Vec3::Z)
+    }
+
+    /// Returns the distance of a ray from the nearest side of the triangle that it passes, seen along the ray, in lattice steps;
+    /// `None` where sides are not drawn. `x` and `y` are the ray's position on the lattice.
+    pub fn to_side(&self, triangle: u32, x: f64, y: f64) -> Option<f64> {
+        let [a, b, c] = corners_of(&self.skin, triangle as usize);
+        let at = |p: [i32; 3]| DVec2::new(f64::from(p[0]) - x, f64::from(p[1]) - y);
+        let from_side = |a: [i32; 3], b: [i32; 3]| {
+            let (from, along) = (at(a), at(b) - at(a));
+            let share = (-from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            // Sides along the ray are points.
+            if share.is_nan() { from.length() } else { (from + along * share).length() }
+        };
+        self.has_sides.then(|| from_side(a, b).min(from_side(b, c)).min(from_side(c, a)))
     }
 }
 
@@ -204,6 +222,18 @@ mod tests {
         assert!(least(Facets::Smooth) > 0.9999, "{}", least(Facets::Smooth));
         let own = cosines(solids::geodesic(1.0, 4).unwrap(), Facets::Flat, |_, face| face);
         assert!(own.into_iter().all(|cosine| cosine > 0.999_99));
+    }
+
+    #[test]
+    fn sides_are_as_far_as_the_middle_of_a_triangle_is_from_them() {
+        let positions = [[0, 0, 0], [30, 0, 7], [0, 40, 9]];
+        let skin = Skin { positions: &positions, triangles: &[[0, 1, 2]], tint: palette::alone() };
+        let sides = Normals::new(skin, Facets::Sides);
+        let expected = [((10.0, 10.0), 10.0), ((12.0, 16.0), 4.8), ((3.0, 2.0), 2.0), ((-3.0, -4.0), 5.0)];
+        for ((x, y), distance) in expected {
+            assert!((sides.to_side(0, x, y).unwrap() - distance).abs() < 1e-12, "{x} {y}");
+        }
+        assert_eq!(Normals::new(skin, Facets::Flat).to_side(0, 10.0, 10.0), None);
     }
 
     #[test]

@@ -55,7 +55,7 @@ pub struct PictureArguments {
     /// Background
     #[arg(long, value_enum, default_value_t = BackgroundChoice::Light)]
     pub background: BackgroundChoice,
-    /// Shading of triangles: smoothed over edges below 40 degrees, or flat
+    /// Shading of triangles: smoothed over edges below 40 degrees, flat, or flat with their sides drawn
     #[arg(long, value_enum, default_value_t = FacetChoice::Smooth)]
     pub facets: FacetChoice,
 }
@@ -67,6 +67,7 @@ Examples:
   ldi-ops render scaffold.stl bone.stl --unit mm -o common.png
   ldi-ops render block.stl drill.stl --csg 'a - b' --view iso --slice x=50% -o open.png
   ldi-ops render a.stl b.stl --slice z=50% -o slice.png
+  ldi-ops render mesh.stl --facets sides -o triangles.png
 
 The picture is made from a layered depth image along the line of sight, and shows a Boolean
 without making a mesh of it. It is orthographic: the scale bar holds everywhere. Surfaces have
@@ -84,6 +85,7 @@ pub enum BackgroundChoice {
 pub enum FacetChoice {
     Smooth,
     Flat,
+    Sides,
 }
 
 /// Pixels from left to right and from top to bottom.

@@ -57,6 +57,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
         facets: match picture.facets {
             FacetChoice::Smooth => Facets::Smooth,
             FacetChoice::Flat => Facets::Flat,
+            FacetChoice::Sides => Facets::Sides,
         },
         to: output,
         memory,
