@@ -61,10 +61,15 @@ impl ClosestTriangle {
         self.closer(point, Closest { squared: self.squared_from(point, hint), hint }, |_| true)
     }
 
-    /// Returns the square of the distance of a point from the triangles with a property, if it is less than a limit.
-    pub fn squared_below(&self, point: DVec3, limit: f64, has: impl Fn([DVec3; 3]) -> bool) -> Option<f64> {
+    /// Returns the closest triangle to a point of those with a property, if the square of its distance is less than a limit.
+    pub fn below(&self, point: DVec3, limit: f64, has: impl Fn([DVec3; 3]) -> bool) -> Option<Closest> {
         let closest = self.closer(point, Closest { squared: limit, hint: 0 }, has);
-        Some(closest.squared).filter(|squared| *squared < limit)
+        Some(closest).filter(|closest| closest.squared < limit)
+    }
+
+    /// Returns the corners of the triangle with a [`hint`](Closest::hint).
+    pub fn corners(&self, hint: u32) -> [DVec3; 3] {
+        self.corners[hint as usize]
     }
 
     /// Returns the triangle with a property that is closest to a point, or another one if none is closer than that.
@@ -326,7 +331,8 @@ mod tests {
                 let some = set.iter().filter(|triangle| has(**triangle));
                 let least = some.map(|triangle| squared_distance(point, *triangle)).fold(f64::INFINITY, f64::min);
                 for limit in [0.5 * least, 2.0 * least + 1e-9, f64::INFINITY] {
-                    prop_assert_eq!(tree.squared_below(point, limit, has), Some(least).filter(|least| *least < limit));
+                    let below = tree.below(point, limit, has).map(|closest| closest.squared);
+                    prop_assert_eq!(below, Some(least).filter(|least| *least < limit));
                 }
                 for (i, triangle) in set.iter().enumerate() {
                     let beyond = squared_distance(point, *triangle) - 4.0;

@@ -11,6 +11,7 @@ use ldi_ops::grid::Grid;
 use ldi_ops::ldi::{Ldi, Mode, NodePlanes};
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, io};
 use ldi_ops::surface::manifold::ManifoldReport;
+use ldi_ops::surface::simplify::{Limits, simplify};
 use ldi_ops::surface::{Surface, contour};
 use testing::near::Near;
 
@@ -74,4 +75,44 @@ fn fandisk_surface_is_within_half_a_pitch_of_the_mesh_and_the_mesh_within_a_pitc
     eprintln!("fandisk at 256: {there:?} pitches from its surface to it, {back:?} back");
     assert!(there.unwrap() < 0.5, "{there:?}");
     assert!(back.unwrap() < 1.0, "{back:?}");
+}
+
+/// Returns points of the triangles of a mesh, about `spacing` apart: a raster of each, with its corners and sides.
+fn raster(mesh: &TriangleMesh, spacing: f64) -> Vec<DVec3> {
+    let of_triangle = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let parts = (longest / spacing).ceil().max(1.0) as u32;
+        let at = move |i: u32, j: u32| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(parts);
+        (0..=parts).flat_map(move |i| (0..=parts - i).map(move |j| at(i, j)))
+    };
+    mesh.triangles.iter().flat_map(of_triangle).collect()
+}
+
+#[test]
+#[ignore = "needs LDI_CORPUS"]
+fn fandisk_keeps_its_shape_within_the_bound_with_an_eighth_of_the_triangles() {
+    const BOUND: f64 = 0.05;
+    let entry = manifest::entries().into_iter().find(|entry| entry.name.starts_with("fandisk")).unwrap();
+    let mesh = ClosedMesh::check(io::read(&entry.path).unwrap().mesh).unwrap();
+    let grid = Grid::with_resolution(mesh.bounds(), 256, 1024).unwrap();
+    let (images, Surface { mesh: full, .. }) = surface(&mesh, &grid);
+    let limits = Limits { bound: BOUND * grid.pitch(), grid: Some(&grid), precision: Precision::Single };
+    let few = simplify(&full, &limits, |_| Vec::new()).unwrap().mesh;
+    assert!(8 * few.triangles.len() <= full.triangles.len(), "{}", few.triangles.len());
+    let away = |from: &TriangleMesh, to: &TriangleMesh| {
+        let near = Near::new(to, 0.5 * grid.pitch());
+        let distances = raster(from, 0.3 * grid.pitch()).into_iter().map(|point| near.distance(point).unwrap());
+        distances.fold(0.0, f64::max) / grid.pitch()
+    };
+    let (there, back) = (away(&few, &full), away(&full, &few));
+    eprintln!(
+        "fandisk at 256: {} of {} triangles, {there} pitches, {back} back",
+        few.triangles.len(),
+        full.triangles.len()
+    );
+    assert!(there <= BOUND && back <= BOUND, "{there} {back}");
+    assert!(ManifoldReport::of(&few, Precision::Single).failures().is_empty());
+    let (again, _) = surface(&ClosedMesh::check(few).unwrap(), &grid);
+    assert!(nodes(&again) == nodes(&images), "nodes changed sides");
 }
