@@ -67,11 +67,6 @@ impl ClosestTriangle {
         Some(closest).filter(|closest| closest.squared < limit)
     }
 
-    /// Returns the corners of the triangle with a [`hint`](Closest::hint).
-    pub fn corners(&self, hint: u32) -> [DVec3; 3] {
-        self.corners[hint as usize]
-    }
-
     /// Returns the triangle with a property that is closest to a point, or another one if none is closer than that.
     fn closer(&self, point: DVec3, other: Closest, has: impl Fn([DVec3; 3]) -> bool) -> Closest {
         let Closest { mut squared, hint: mut best } = other;

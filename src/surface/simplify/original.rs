@@ -5,14 +5,15 @@ use glam::DVec3;
 use super::face::Face;
 use crate::closest::{Closest, ClosestTriangle};
 
-/// The share of the bound that is left for what is farther away between the points that are measured.
+/// The share of the bound that is left for what is farther away between the points inside a triangle.
 const BETWEEN: f64 = 0.1;
 
 /// Most parts into which a side of the original is divided by samples.
 const MOST_PARTS: f64 = 16.0;
 
-/// Most points at which a triangle's first side is measured.
-const MOST_POINTS: f64 = 63.0;
+/// Most parts into which a triangle's first side is divided at first, and how often each of them may be halved.
+const MOST_STEPS: f64 = 64.0;
+const HALVINGS: u32 = 6;
 
 /// Most parts into which its longest side is divided by the raster of samples inside.
 const INNER_PARTS: f64 = 4.0;
@@ -35,11 +36,11 @@ impl Original {
     /// Creates it from triangles whose distance from the original is at most `flat`, itself less than the bound.
     pub fn new(corners: &[[DVec3; 3]], spacing: f64, [bound, flat]: [f64; 2]) -> Original {
         let triangles = (!corners.is_empty()).then(|| ClosestTriangle::new(corners));
-        Original { triangles, spacing, bound: (1.0 - BETWEEN) * bound - flat, flat }
+        Original { triangles, spacing, bound: bound - flat, flat }
     }
 
-    /// Returns the largest distance of a triangle along its first side, at points inside, and at its centroid. `None` if it is more
-    /// than the bound, or if the original does not face as the triangle does at the centroid.
+    /// Returns a bound of the distance of a triangle along its first side, and from points inside. `None` if it is more than the
+    /// bound, or if the original does not face as the triangle does at the centroid.
     ///
     /// Of the triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between
     /// is old.
@@ -50,71 +51,65 @@ impl Original {
             let normal = (b - a).cross(c - a);
             normal.dot(face.normal) >= LIKE * normal.length()
         };
-        let centroid = triangles.below((a + b + c) / 3.0, self.bound * self.bound, faces_like)?;
+        let inner = ((1.0 - BETWEEN) * self.bound).powi(2);
+        let centroid = triangles.below((a + b + c) / 3.0, inner, faces_like)?;
         let mut largest = centroid.squared.max(self.squared_along(triangles, [a, b])?);
         for point in inside(face.corners, self.spacing) {
-            largest = largest.max(self.squared_at(triangles, point)?.squared);
+            largest = largest.max(triangles.below(point, inner, |_| true)?.squared);
         }
         Some(largest.sqrt() + self.flat)
     }
 
-    /// Returns the square of the largest distance along a side, or `None` if it is more than the bound.
+    /// Returns a bound of the square of the distance along a side, or `None` if it is more than the bound.
     ///
-    /// It is measured at points. Over one triangle the distance is linear, and where one point is over another triangle than the
-    /// next, it has its largest value where their planes are equally far, over the edge between them.
+    /// It holds at every point: the distance from one triangle, which is convex, is largest at an end of a part of the side, so
+    /// that two ends within the bound of the same triangle are enough for all between.
     fn squared_along(&self, triangles: &ClosestTriangle, [a, b]: [DVec3; 2]) -> Option<f64> {
-        // An odd number, so that the middle is one of them.
-        let count = (a.distance(b) / self.spacing).ceil().clamp(1.0, MOST_POINTS) as u32 | 1;
-        let (mut largest, mut before) = (0.0f64, None);
-        for i in 0..count {
-            let point = a.lerp(b, (f64::from(i) + 0.5) / f64::from(count));
-            let closest = self.squared_at(triangles, point)?;
-            largest = largest.max(closest.squared);
-            let Some(plane) = Plane::of(triangles.corners(closest.hint)) else { continue };
-            if let Some((last, start)) = before.replace((plane, point)) {
-                if let Some((edge, height)) = between([&last, &plane], [start, point]) {
-                    largest = match height <= self.bound {
-                        true => largest.max(height * height),
-                        // There may be more between than one edge.
-                        false => largest.max(self.squared_at(triangles, edge)?.squared),
-                    };
-                }
+        let count = (a.distance(b) / self.spacing).ceil().clamp(1.0, MOST_STEPS);
+        let mut start = self.close(triangles, a)?;
+        let mut largest = start.squared;
+        for i in 1..=count as u32 {
+            let point = a.lerp(b, f64::from(i) / count);
+            let mut end = Close { point, squared: triangles.squared_from(point, start.hint), ..start };
+            if end.squared > self.bound * self.bound {
+                end = self.close(triangles, point)?;
+                largest = largest.max(self.squared_between(triangles, [start, end], HALVINGS)?);
             }
+            largest = largest.max(end.squared);
+            start = end;
         }
         Some(largest)
     }
 
-    /// Returns the triangle closest to a point, or `None` if it is farther than the bound.
-    fn squared_at(&self, triangles: &ClosestTriangle, point: DVec3) -> Option<Closest> {
-        triangles.below(point, self.bound * self.bound, |_| true)
+    /// Returns a bound of the square of the distance between two points that are within the bound of different triangles.
+    fn squared_between(&self, triangles: &ClosestTriangle, [start, end]: [Close; 2], halvings: u32) -> Option<f64> {
+        let of_first = triangles.squared_from(end.point, start.hint);
+        let of_last = triangles.squared_from(start.point, end.hint);
+        let least = of_first.min(of_last);
+        if least <= self.bound * self.bound {
+            return Some(least);
+        }
+        let halvings = halvings.checked_sub(1)?;
+        let middle = self.close(triangles, 0.5 * (start.point + end.point))?;
+        let halves = [[start, middle], [middle, end]].map(|half| self.squared_between(triangles, half, halvings));
+        Some(halves[0]?.max(halves[1]?))
+    }
+
+    /// Returns a point with the triangle closest to it, or `None` if it is farther than the bound.
+    fn close(&self, triangles: &ClosestTriangle, point: DVec3) -> Option<Close> {
+        let Closest { squared, hint } = triangles.below(point, self.bound * self.bound, |_| true)?;
+        Some(Close { point, squared, hint })
     }
 }
 
-/// The plane of a triangle.
+/// A point of a side, and a triangle of the original that is within the bound of it.
 #[derive(Clone, Copy)]
-struct Plane {
-    normal: DVec3,
-    through: DVec3,
-}
-
-impl Plane {
-    /// Returns the plane of a triangle that has an area.
-    fn of([a, b, c]: [DVec3; 3]) -> Option<Plane> {
-        Some(Plane { normal: (b - a).cross(c - a).try_normalize()?, through: a })
-    }
-
-    fn height(&self, point: DVec3) -> f64 {
-        self.normal.dot(point - self.through)
-    }
-}
-
-/// Returns the point between two others that is at the same height over two planes, each over its own, and this height.
-fn between(planes: [&Plane; 2], [start, end]: [DVec3; 2]) -> Option<(DVec3, f64)> {
-    let difference = |point: DVec3| planes[0].height(point) - planes[1].height(point);
-    let (at_start, at_end) = (difference(start), difference(end));
-    let share = at_start / (at_start - at_end);
-    let point = start.lerp(end, share);
-    (0.0 < share && share < 1.0).then(|| (point, planes[0].height(point).abs()))
+struct Close {
+    point: DVec3,
+    /// The square of the distance.
+    squared: f64,
+    /// The triangle's number for [`ClosestTriangle::squared_from`].
+    hint: u32,
 }
 
 /// Returns points between the ends of a side, about `spacing` apart, but at most 15.

@@ -67,7 +67,7 @@ Examples:
   ldi-ops render scaffold.stl bone.stl --unit mm -o common.png
   ldi-ops render block.stl drill.stl --csg 'a - b' --view iso --slice x=50% -o open.png
   ldi-ops render a.stl b.stl --slice z=50% -o slice.png
-  ldi-ops render mesh.stl --facets sides -o triangles.png
+  ldi-ops render part.stl --facets sides -o triangles.png
 
 The picture is made from a layered depth image along the line of sight, and shows a Boolean
 without making a mesh of it. It is orthographic: the scale bar holds everywhere. Surfaces have
