@@ -118,9 +118,12 @@ const REACH: f64 = 1.0;
 /// Greatest distance of a plain vertex of a gently bent sheet from the mean of its crossings, in pitches.
 const PLAIN: f64 = 0.05;
 
-/// Two vertices of one cell nearer than this, in pitches, are not placed on edges or corners but at the means of their
-/// crossings.
+/// Two vertices of one cell nearer than this, in pitches, are not placed on edges or corners but aside, or at the means of
+/// their crossings.
 const APART: f64 = 1e-2;
+
+/// The share of their way to the means of their crossings by which the vertices of several loops go aside if that is enough.
+const ASIDE: f64 = 1.0 / 16.0;
 
 impl CellLayer {
     /// Finds the cells of layer `k` and their vertices.
@@ -207,16 +210,21 @@ impl CellLayer {
             }
             self.vertices.push(base + place.held);
         }
-        // Two sheets meet in a point, as where the planes of both pass through it, or along a line where solids touch.
-        let range = first_vertex as usize..self.vertices.len();
-        let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
+        // Two sheets meet in a point, as where the planes of both pass through it, or along a line where solids touch. Their
+        // vertices go aside, no further than they must: the line may be a sharp edge.
         let is_parted = signs.cut != 0 && loops.count > 1;
-        if is_parted || range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
+        let shares = if is_parted { &[1.0][..] } else { &[ASIDE, 1.0] };
+        for &share in shares {
+            let range = first_vertex as usize..self.vertices.len();
+            let near = |i: usize, j: usize| self.vertices[i].distance(self.vertices[j]) < APART;
+            if !is_parted && !range.clone().any(|i| (range.start..i).any(|j| near(i, j))) {
+                break;
+            }
             // In a cell with several loops all vertices are features.
             let first = self.features.len() - range.len();
             for (vertex, feature) in self.vertices[range].iter_mut().zip(&mut self.features[first..]) {
-                *vertex = feature.mean;
-                (feature.held, feature.target) = (feature.mean, None);
+                *vertex = feature.held.lerp(feature.mean, share);
+                (feature.held, feature.target) = (*vertex, None);
             }
         }
     }
