@@ -19,10 +19,9 @@
 //!
 //! # Limitations
 //! Where distances are measured, the original is measured at the vertices that the first pass leaves and at points of its large
-//! triangles, and new triangles at points about an edge of the original apart, at most 63 on a side and 4 inside, and where their
-//! sides pass an edge between two points: elsewhere they may be somewhat farther away, for which a tenth of the bound is
-//! left. Distances are from the corresponding part of the surface, or from one beside it within the bound, and no less than the
-//! distance from the nearest part of all.
+//! triangles. Of new triangles, all sides are within the bound at every point, and the inside is measured at up to 4 points:
+//! between these, it may be somewhat farther away, for which a tenth of the bound is left. Distances are from the corresponding
+//! part of the surface, or from one beside it within the bound, and no less than the distance from the nearest part of all.
 
 mod collapse;
 mod face;
