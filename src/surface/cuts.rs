@@ -66,7 +66,7 @@ fn cells_around(axis: usize, node: [i32; 3]) -> [([i32; 3], usize); 4] {
 }
 
 /// Converts an edge of a cell to its axis and lower node.
-fn edge_of([x, y, z]: [i32; 3], edge: usize) -> (usize, [i32; 3]) {
+pub fn edge_of([x, y, z]: [i32; 3], edge: usize) -> (usize, [i32; 3]) {
     let (low, _) = edge_ends(edge);
     let [dx, dy, dz] = [low & 1, low >> 1 & 1, low >> 2].map(|i| i as i32);
     (edge / 4, [x + dx, y + dy, z + dz])
@@ -101,6 +101,13 @@ impl Cuts {
     /// Returns the edges of a cell that are cut, and the faces that are joined for their sake.
     pub fn in_cell(&self, cell: [i32; 3]) -> CutCell {
         if self.of_cell.is_empty() { CutCell::default() } else { self.of_cell.get(&cell).copied().unwrap_or_default() }
+    }
+
+    /// Returns whether a wall or a gap that is thinner than the lattice passes through a cell. Necks do not count: they are known
+    /// slab by slab.
+    pub fn is_thin(&self, cell: [i32; 3]) -> bool {
+        let CutCell { walls, gaps, .. } = self.in_cell(cell);
+        walls | gaps != 0
     }
 
     /// Returns the crossings of a cut edge of a cell, the lower first.

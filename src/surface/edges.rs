@@ -388,19 +388,20 @@ impl Source<'_> {
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
     }
 
-    /// Returns the outward normal at the first crossing of the ray along `axis` from a node on; zero where unknown. The node or the
-    /// next on the ray is inside.
-    pub fn first_normal(&self, axis: usize, node: [i32; 3]) -> [f32; 3] {
+    /// Returns the first crossing of the ray along `axis` from a node on; `None` if it has none before the next node. Ends of
+    /// different signs usually have one between them.
+    pub fn first_crossing(&self, axis: usize, node: [i32; 3]) -> Option<Crossing> {
         let image = self.images[axis];
         let mut next = node;
         next[axis] += 1;
         // Before the grid lie no samples.
         let (sample, [x, y, z]) = self.before(axis, node).map_or((0, next), |before| (before, node));
         let ray = self.ray(axis, [x - 1, y - 1, z]);
-        if sample >= image.samples(ray).len() {
-            return [0.0; 3];
-        }
-        normal_at(image, self.normals, image.offsets()[ray as usize] as usize + sample, sample % 2 == 0)
+        let pixels = Pixels::new(image.grid().shift());
+        let &depth = image.samples(ray).get(sample)?;
+        let edge = next[axis] - i32::from(axis < 2);
+        let first = image.offsets()[ray as usize] as usize;
+        (pixels.index_from(depth) == edge).then(|| self.crossing(axis, first + sample, edge, sample % 2 == 0))
     }
 
     /// Returns the lower end of an edge of a ray.

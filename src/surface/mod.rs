@@ -214,7 +214,7 @@ impl<'a> Contour<'a> {
         self.sub_resolution = self.sub_resolution.plus(slab.sub_resolution);
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
         self.cuts.add_necks(&self.source, &slab);
-        self.joined.decide(&slab, &self.cuts);
+        self.joined.decide(&self.source, &slab, &self.cuts);
         let layers: Vec<CellLayer> = range
             .clone()
             .into_par_iter()

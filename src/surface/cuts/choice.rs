@@ -222,7 +222,7 @@ impl<'a> Choice<'a> {
         let edge = crossing % UPPER;
         let (axis, node) = edge_of(cell, edge);
         Vec3::from_array(match signs.cut >> edge & 1 {
-            0 => self.source.first_normal(axis, node),
+            0 => self.source.first_crossing(axis, node).map_or([0.0; 3], |crossing| crossing.normal),
             _ => self.edges[&place(axis, node)][crossing / UPPER].normal,
         })
     }
