@@ -98,7 +98,9 @@ fn are_joined(source: &Source, slab: &EdgeSlab, (above, axis): Face) -> bool {
             Some((cosine.min(m.dot(n)), away.max(m.dot(q - p).abs()).max(n.dot(q - p).abs())))
         })
     };
-    worst(0).zip(worst(1 << (2 * axis))).is_some_and(|(apart, joined)| joined.0 > apart.0 && joined.1 < FLATTER * apart.1)
+    worst(0)
+        .zip(worst(1 << (2 * axis)))
+        .is_some_and(|(apart, joined)| joined.0 > apart.0 && joined.1 < FLATTER * apart.1)
 }
 
 /// Returns the ambiguous faces across x and y of a layer and across z on top of it.
