@@ -1,141 +1,16 @@
 //! The cells that the surface crosses, layer by layer, and their vertices.
 
-use std::collections::HashMap;
+use glam::DVec3;
 
-use glam::{DVec3, Vec3};
-use rayon::prelude::*;
-
-use super::cuts::{CutCell, Cuts, edge_of};
-use super::edges::{Crossing, EdgeSlab, Source};
+use super::cuts::Cuts;
+use super::edges::EdgeSlab;
 use super::feature::Feature;
+use super::pairing::JoinedFaces;
 use super::qef::{Bounds, Loop};
 use crate::bits::{Ones, after};
 use crate::cancel::checkpoint;
-use crate::cell::{Signs, UPPER, arcs, at_fault, edge_ends, loops};
+use crate::cell::{Signs, UPPER, edge_ends, loops};
 use crate::grid::Grid;
-
-/// How faces with inside corners on one diagonal alone are paired: the joined ones, by cell; see [`cell`](crate::cell).
-///
-/// A wedge thinner than the diagonal passes through such a face, or two edges end beside it. Which, the planes at the four
-/// crossings tell: arcs end at crossings of one plane where they may.
-#[derive(Debug, Default)]
-pub struct JoinedFaces {
-    of_cell: HashMap<[i32; 3], u8>,
-    /// The layers below this are proposed.
-    proposed: i32,
-}
-
-/// A face: the cell above it, and its axis.
-type Face = ([i32; 3], usize);
-
-impl JoinedFaces {
-    /// Returns the signs of a cell with some corners inside.
-    fn signs(&self, inside: u8, cell: [i32; 3], cuts: &Cuts) -> Signs {
-        let CutCell { cut, joined, .. } = cuts.in_cell(cell);
-        let own = if self.of_cell.is_empty() { 0 } else { self.of_cell.get(&cell).copied().unwrap_or(0) };
-        Signs { inside, joined: joined | own, cut }
-    }
-
-    /// Takes the other pairing of a face.
-    fn turn(&mut self, (above, axis): Face) {
-        *self.of_cell.entry(below((above, axis))).or_default() ^= 2 << (2 * axis);
-        *self.of_cell.entry(above).or_default() ^= 1 << (2 * axis);
-    }
-
-    /// Decides all faces of the layers of a slab that are still undecided: those within each layer and those above it.
-    ///
-    /// Planes propose a pairing for each face, one layer ahead. Where four quadrilaterals would meet in one edge the other is
-    /// taken: plane after plane, those across z below a layer, then those across x and y in it. So the decisions do not depend on
-    /// where slabs begin.
-    pub fn decide(&mut self, source: &Source, slab: &EdgeSlab, cuts: &Cuts) {
-        let layers = slab.layers();
-        // Older layers are not queried again.
-        self.of_cell.retain(|cell, _| cell[2] >= layers.start);
-        let ambiguous: Vec<Vec<Face>> =
-            (layers.start..layers.end + 1).into_par_iter().map(|k| ambiguous(slab, k)).collect();
-        let new = ambiguous.iter().zip(layers.start..).filter(|&(_, k)| k >= self.proposed);
-        let new: Vec<Face> = new.flat_map(|(faces, _)| faces.iter().copied()).collect();
-        let is_joined = |&&face: &&Face| {
-            let is_thin = [face.0, below(face)].iter().any(|&cell| cuts.is_thin(cell));
-            !is_thin && are_joined(source, slab, face)
-        };
-        let joined: Vec<Face> = new.par_iter().filter(is_joined).copied().collect();
-        joined.into_iter().for_each(|face| self.turn(face));
-        self.proposed = layers.end + 1;
-        for face in ambiguous.into_iter().take(layers.len()).flatten() {
-            let of_cell = |cell| self.signs(nodes_inside(slab, cell, 0..8), cell, cuts);
-            if at_fault(face.1, of_cell(below(face)), of_cell(face.0)) {
-                self.turn(face);
-            }
-        }
-    }
-}
-
-/// Returns the cell below a face.
-fn below((above, axis): Face) -> [i32; 3] {
-    let mut cell = above;
-    cell[axis] -= 1;
-    cell
-}
-
-/// Returns whether the arcs of an ambiguous face agree better with the planes at their ends if it is joined.
-fn are_joined(source: &Source, slab: &EdgeSlab, (above, axis): Face) -> bool {
-    // The plane of the cell's other corners may lie beyond the slab.
-    let inside = nodes_inside(slab, above, (0..8).filter(|corner| corner >> axis & 1 == 0));
-    let place = |edge: usize| {
-        let (along, node) = edge_of(above, edge);
-        source.first_crossing(along, node).map(|Crossing { at, normal }| {
-            let mut place = DVec3::from_array(node.map(f64::from));
-            place[along] += f64::from(at);
-            (place, Vec3::from_array(normal).as_dvec3())
-        })
-    };
-    // The worst arc of a pairing: the least cosine between normals, and the farthest end from the plane at the other.
-    let worst = |joined: u8| {
-        let arcs = arcs(Signs { inside, joined, cut: 0 }, axis, 0);
-        arcs.into_iter().flatten().try_fold((1.0_f64, 0.0_f64), |(cosine, away), ends| {
-            let [(p, m), (q, n)] = [place(ends[0])?, place(ends[1])?];
-            Some((cosine.min(m.dot(n)), away.max(m.dot(q - p).abs()).max(n.dot(q - p).abs())))
-        })
-    };
-    worst(0)
-        .zip(worst(1 << (2 * axis)))
-        .is_some_and(|(apart, joined)| joined.0 > apart.0 && joined.1 < FLATTER * apart.1)
-}
-
-/// Returns the ambiguous faces across x and y of a layer and across z on top of it.
-fn ambiguous(slab: &EdgeSlab, k: i32) -> Vec<Face> {
-    let nodes = &slab.nodes;
-    let mut found = Vec::new();
-    let diagonal = |a: u64, b: u64, c: u64, d: u64| !(a ^ c) & !(b ^ d) & (a ^ b);
-    for y in 0..nodes.rows() {
-        let (low, high) = (nodes.row(y, k), nodes.row(y, k + 1));
-        for word in 0..nodes.words() {
-            let at = |bit: u32| (64 * word) as i32 + bit as i32;
-            if y + 1 < nodes.rows() {
-                let (low_next, high_next) = (nodes.row(y + 1, k), nodes.row(y + 1, k + 1));
-                let across_x = diagonal(low[word], low_next[word], high_next[word], high[word]);
-                found.extend(Ones(across_x).map(|bit| ([at(bit), y as i32, k], 0)));
-            }
-            let across_y = diagonal(low[word], after(low, word), after(high, word), high[word]);
-            found.extend(Ones(across_y).map(|bit| ([at(bit), y as i32, k], 1)));
-        }
-    }
-    for y in 0..nodes.rows() - 1 {
-        let (row, above) = (nodes.row(y, k + 1), nodes.row(y + 1, k + 1));
-        for word in 0..nodes.words() {
-            let across_z = diagonal(row[word], after(row, word), after(above, word), above[word]);
-            found.extend(Ones(across_z).map(|bit| ([(64 * word) as i32 + bit as i32, y as i32, k + 1], 2)));
-        }
-    }
-    found
-}
-
-/// Returns which of some corners of a cell are inside, as bits.
-fn nodes_inside(slab: &EdgeSlab, [x, y, z]: [i32; 3], corners: impl Iterator<Item = i32>) -> u8 {
-    let corner = |c: i32| slab.is_inside([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
-    corners.fold(0, |bits, c| bits | u8::from(corner(c)) << c)
-}
 
 /// A cell that the surface crosses.
 #[derive(Clone, Copy, Debug)]
@@ -161,9 +36,6 @@ pub struct CellLayer {
 
 /// Least distance of a vertex from the faces of its cell, in pitches: enough for 32-bit coordinates to keep it inside.
 pub const MARGIN: f64 = 1e-4;
-
-/// A face is joined where the planes at the ends of its arcs are nearer to one another by this share than if it were not.
-const FLATTER: f64 = 0.5;
 
 /// Distances below this, in pitches, are rounding.
 const ROUNDED: f64 = 1e-6;

@@ -103,13 +103,6 @@ impl Cuts {
         if self.of_cell.is_empty() { CutCell::default() } else { self.of_cell.get(&cell).copied().unwrap_or_default() }
     }
 
-    /// Returns whether a wall or a gap that is thinner than the lattice passes through a cell. Necks do not count: they are known
-    /// slab by slab.
-    pub fn is_thin(&self, cell: [i32; 3]) -> bool {
-        let CutCell { walls, gaps, .. } = self.in_cell(cell);
-        walls | gaps != 0
-    }
-
     /// Returns the crossings of a cut edge of a cell, the lower first.
     pub fn crossings(&self, cell: [i32; 3], edge: usize) -> [Crossing; 2] {
         let (axis, node) = edge_of(cell, edge);

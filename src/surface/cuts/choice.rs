@@ -17,6 +17,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::super::edges::{Crossing, Pair, Source};
+use super::super::pairing::{Face, joined_faces};
 use super::super::qef::MOST_CROSSINGS;
 use super::{CutCell, Cuts, Place, apart, cells_around, edge_of, place};
 use crate::cancel::checkpoint;
@@ -35,9 +36,6 @@ struct Choice<'a> {
     cells: HashMap<[i32; 3], Signs>,
 }
 
-/// A face: the cell above it, and its axis.
-type Face = ([i32; 3], usize);
-
 impl Cuts {
     /// Finds the walls and gaps of images that are thinner than the lattice.
     pub fn of_thin(source: &Source) -> Cuts {
@@ -49,6 +47,8 @@ impl Cuts {
         let kept = [walls, edges.len() as u64 - walls];
         let of_cell = |(cell, signs): ([i32; 3], Signs)| {
             let Signs { cut, joined, .. } = signs;
+            // Ambiguous faces are decided with those of all other cells.
+            let joined = faces_with(cut).fold(0, |bits, face| bits | joined & 1 << face);
             let walls = cut_edges(cut).filter(|&edge| signs.is_wall(edge)).fold(0, |bits, edge| bits | 1 << edge);
             (cell, CutCell { cut, joined, walls, gaps: cut & !walls })
         };
@@ -75,7 +75,7 @@ impl<'a> Choice<'a> {
             checkpoint();
             let corner = |c: i32| source.is_inside([cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)]);
             let inside = (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c);
-            (cell, Signs { inside, joined: 0, cut })
+            (cell, Signs { inside, joined: joined_faces(source, inside, cell), cut })
         };
         Choice { source, edges, cells: cut.into_par_iter().map(signs).collect() }
     }
@@ -163,7 +163,8 @@ impl<'a> Choice<'a> {
 
     /// Chooses the pairing of the arcs on the faces of some cells by the normals of their crossings.
     fn pair_arcs(&mut self, cells: &BTreeSet<[i32; 3]>) {
-        let faces: Vec<Face> = self.faces_of(cells).into_iter().collect();
+        let has_cuts = |&(above, axis): &Face| self.cells.get(&above).is_some_and(|s| s.cut & face_edges(axis, 0) != 0);
+        let faces: Vec<Face> = self.faces_of(cells).into_iter().filter(has_cuts).collect();
         let joined: Vec<bool> = faces.par_iter().map(|&face| self.are_joined(face)).collect();
         for (face, joined) in faces.into_iter().zip(joined) {
             self.set_joined(face, |_| joined);
@@ -188,11 +189,8 @@ impl<'a> Choice<'a> {
     /// Returns whether the normals at the ends of a face's arcs agree better if it is joined: those that agree least, or, where they do
     /// not decide between pairings of two arcs, all. Without normals, walls and gaps pass through.
     fn are_joined(&self, (above, axis): Face) -> bool {
-        let Some(&signs) = self.cells.get(&above) else { return false };
+        let signs = self.cells[&above];
         let cut = signs.cut & face_edges(axis, 0);
-        if cut == 0 {
-            return false;
-        }
         if self.is_without_normals(cut, above) {
             return cut_edges(cut).all(|edge| signs.is_wall(edge));
         }
@@ -247,6 +245,11 @@ impl<'a> Choice<'a> {
         }
         wrong
     }
+}
+
+/// Returns the faces with some of the given edges.
+fn faces_with(edges: u16) -> impl Iterator<Item = usize> {
+    (0..6).filter(move |face| edges & face_edges(face / 2, face % 2) != 0)
 }
 
 fn cut_edges(cut: u16) -> impl Iterator<Item = usize> {
