@@ -6,8 +6,9 @@
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> samples: array<i32>;
 @group(0) @binding(3) var<storage, read> leaf_counts: array<u32>;
-// A bit for each set of leaves, in the order of the sets as numbers: whether a point in these alone is in the result.
-@group(0) @binding(4) var<storage, read> table: array<u32>;
+// The first node, then three numbers of each from node 2 on: its leaf, where to go outside it, and inside. Node 0 is outside the
+// result, and node 1 inside.
+@group(0) @binding(4) var<storage, read> diagram: array<u32>;
 @group(0) @binding(5) var<storage, read_write> loose: array<i32>;
 @group(0) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(7) var<storage, read_write> tallies: array<Tally>;
@@ -18,6 +19,20 @@ const BEHIND_ALL = 0x7fffffff;
 // The next sample of each leaf, and the end of its samples on the ray.
 var<private> next: array<u32, MOST_LEAVES>;
 var<private> end: array<u32, MOST_LEAVES>;
+
+// The leaves that a depth lies in.
+var<private> within: array<u32, MOST_LEAVES / WORD_BITS>;
+
+// Returns whether the points in these leaves alone are in the result.
+fn is_in_result() -> bool {
+    var node = diagram[0];
+    while node > 1u {
+        let at = 3u * node - 5u;
+        let leaf = diagram[at];
+        node = diagram[at + 1u + ((within[leaf / WORD_BITS] >> (leaf % WORD_BITS)) & 1u)];
+    }
+    return node == 1u;
+}
 
 fn combine_ray(ray: u32, band: u32) {
     var has_samples = false;
@@ -39,7 +54,9 @@ fn combine_ray(ray: u32, band: u32) {
     }
     let first = first_loose(ray);
     var place = first;
-    var within = 0u;
+    for (var word = 0u; word < MOST_LEAVES / WORD_BITS; word++) {
+        within[word] = 0u;
+    }
     var holds = false;
     loop {
         var depth = BEHIND_ALL;
@@ -56,11 +73,11 @@ fn combine_ray(ray: u32, band: u32) {
                 if samples[next[leaf]] != depth {
                     break;
                 }
-                within ^= 1u << leaf;
+                within[leaf / WORD_BITS] ^= 1u << (leaf % WORD_BITS);
                 next[leaf]++;
             }
         }
-        let now = ((table[within / WORD_BITS] >> (within % WORD_BITS)) & 1u) == 1u;
+        let now = is_in_result();
         if now != holds {
             loose[place] = depth;
             place++;

@@ -84,6 +84,7 @@ mod cell;
 pub mod certified;
 mod clash;
 mod closest;
+mod diagram;
 pub mod driver;
 mod error;
 mod estimate;

@@ -35,6 +35,7 @@ pub use plan::{Leaf, Plan};
 pub use sweep::Operand;
 pub use volume_bounds::VolumeBounds;
 
+pub use crate::diagram::Diagram;
 use crate::grid::Axis;
 use crate::ldi::{Ldi, Mode, TooManySamples};
 

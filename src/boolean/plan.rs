@@ -3,6 +3,7 @@
 use super::BooleanOperation;
 use super::expression::{Expression, Term};
 use super::network::{Link, Network, Rule};
+use crate::diagram::{Builder, Diagram};
 use crate::ldi::Mode;
 
 /// An image that a plan needs.
@@ -33,6 +34,7 @@ pub struct Plan {
     pub(super) network: Network,
     /// Bit `s` is the result where the leaves inside are the bits of `s`; `None` where that takes too many words.
     pub(super) table: Option<Vec<u64>>,
+    gates: Gates,
 }
 
 /// Most leaves whose states are tabulated; the table then stays in the first-level cache.
@@ -46,7 +48,8 @@ impl Plan {
     ///
     /// An estimate is valid where the under-estimate of each input lies within its over-estimate.
     pub fn new(expression: &Expression, mode: Mode) -> Plan {
-        let Gates { rules, parents, places } = Gates::of(expression, mode);
+        let gates = Gates::of(expression, mode);
+        let Counters { rules, parents, places } = gates.counters();
         let mut leaves: Vec<(usize, Role)> = places.iter().map(|place| place.leaf).collect();
         leaves.sort_unstable();
         leaves.dedup();
@@ -69,7 +72,7 @@ impl Plan {
             Role::Same => Leaf { input, mode },
             Role::Opposite => Leaf { input, mode: mode.opposite() },
         };
-        Plan { leaves: leaves.into_iter().map(of_role).collect(), polarities, network, table }
+        Plan { leaves: leaves.into_iter().map(of_role).collect(), polarities, network, table, gates }
     }
 
     /// Returns the images that are needed, by input and then that of the mode of the result first.
@@ -77,10 +80,18 @@ impl Plan {
         &self.leaves
     }
 
-    /// Returns the result in every state of the leaves, bit by bit: bit `s` where the leaves inside are the bits of `s`. `None`
-    /// where there are more than twelve leaves, or the expression is very long.
-    pub fn table(&self) -> Option<&[u64]> {
-        self.table.as_deref()
+    /// Returns the result by the leaves that a point is in, as far as estimates lie within one another. `None` where there are more
+    /// than [`Diagram::MOST_LEAVES`], or where the diagram would be very large.
+    pub fn diagram(&self) -> Option<Diagram> {
+        if self.leaves.len() > Diagram::MOST_LEAVES {
+            return None;
+        }
+        let number = |input: usize, role: Role| {
+            let place = |leaf: &Leaf| (leaf.input, leaf.mode != self.gates.mode);
+            let found = self.leaves.binary_search_by_key(&(input, role == Role::Opposite), place);
+            found.expect("the leaves are those of the gates")
+        };
+        self.gates.diagram(number)
     }
 }
 
@@ -94,8 +105,17 @@ fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
 }
 
 /// The operations of an expression after complements are pushed down to the leaves (De Morgan) and nested operations of one
-/// kind are merged: A − B − C is A ∩ ¬B ∩ ¬C. For a counter of one of two truth values, bit 0 of the index tells which.
+/// kind are merged: A − B − C is A ∩ ¬B ∩ ¬C.
+#[derive(Clone, Debug)]
 struct Gates {
+    mode: Mode,
+    gates: Vec<Gate>,
+    /// The occurrences of inputs.
+    leaves: Vec<(usize, Above)>,
+}
+
+/// The counters of gates. For a counter of one of two truth values, bit 0 of the index tells which.
+struct Counters {
     rules: Vec<Rule>,
     parents: Vec<Option<Link>>,
     places: Vec<Place>,
@@ -116,7 +136,7 @@ struct Place {
 }
 
 /// The kind of gate that an operation became.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Any,
     All,
@@ -124,7 +144,7 @@ enum Kind {
 }
 
 /// An operation of the expression, during the walk down.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Above {
     /// The gate that the operation became.
     gate: usize,
@@ -135,6 +155,7 @@ struct Above {
     polarity: Polarity,
 }
 
+#[derive(Clone, Copy, Debug)]
 struct Gate {
     kind: Kind,
     operands: u32,
@@ -200,19 +221,25 @@ impl Gates {
             }
             above[i] = Some(here);
         }
-        Gates::counters(&gates, &leaves, mode)
+        Gates { mode, gates, leaves }
+    }
+
+    /// Returns the number of truth values of a gate.
+    fn width(&self) -> usize {
+        match self.mode {
+            Mode::Exact => 1,
+            Mode::Estimate(_) => 2,
+        }
     }
 
     /// Builds the counters of the gates: two of each for estimates, some of which may count nothing.
-    fn counters(gates: &[Gate], leaves: &[(usize, Above)], mode: Mode) -> Gates {
-        let width = match mode {
-            Mode::Exact => 1,
-            Mode::Estimate(_) => 2,
-        };
+    fn counters(&self) -> Counters {
+        let Gates { mode, gates, leaves } = self;
+        let width = self.width();
         let (mut rules, mut parents, mut places) = (Vec::new(), Vec::new(), Vec::new());
         for gate in gates {
             for truth in 0..width {
-                rules.push(match (gate.kind, mode) {
+                rules.push(match (gate.kind, *mode) {
                     (Kind::Any, _) => Rule::AtLeast(1),
                     (Kind::All, _) => Rule::AtLeast(gate.operands),
                     (Kind::Odd, Mode::Exact) => Rule::Odd,
@@ -228,19 +255,91 @@ impl Gates {
         }
         for &(input, Above { gate, complemented, polarity, .. }) in leaves {
             for truth in (0..width).filter(|&truth| gates[gate].asked[truth]) {
-                let role = if complemented && width == 2 { 1 - truth } else { truth };
                 let polarity = match (polarity, complemented) {
                     (Polarity::Along, true) => Polarity::Against,
                     (polarity, _) => polarity,
                 };
                 places.push(Place {
-                    leaf: (input, if role == 0 { Role::Same } else { Role::Opposite }),
+                    leaf: (input, self.role(truth, complemented)),
                     link: Link { counter: (gate * width + truth) as u32, inverted: complemented },
                     polarity,
                 });
             }
         }
-        Gates { rules, parents, places }
+        Counters { rules, parents, places }
+    }
+
+    /// Returns the estimate of an input that a truth value of a gate depends on.
+    fn role(&self, truth: usize, complemented: bool) -> Role {
+        if (truth == 1) != (complemented && self.width() == 2) { Role::Opposite } else { Role::Same }
+    }
+
+    /// Builds the diagram of the result, with the given number of each input's leaf.
+    fn diagram(&self, number: impl Fn(usize, Role) -> usize) -> Option<Diagram> {
+        let mut build = Builder::default();
+        let mut values: Vec<Value> = self.gates.iter().map(|gate| Value::new(gate.kind)).collect();
+        for &(input, Above { gate, complemented, .. }) in &self.leaves {
+            let mut operand = [Builder::never(); 2];
+            for truth in (0..self.width()).filter(|&truth| self.gates[gate].asked[truth]) {
+                let leaf = build.leaf(number(input, self.role(truth, complemented)))?;
+                operand[truth] = if complemented { build.not(leaf)? } else { leaf };
+            }
+            if self.mode == Mode::Exact {
+                operand[1] = operand[0];
+            }
+            values[gate].add(&mut build, operand)?;
+        }
+        // Parents come before their operands.
+        for i in (1..self.gates.len()).rev() {
+            let [same, opposite] = values[i].finish(&mut build)?;
+            let (parent, inverted) = self.gates[i].parent.expect("the root is the first gate");
+            // The complement of one estimate is the other estimate of the complement.
+            let operand = if inverted { [build.not(opposite)?, build.not(same)?] } else { [same, opposite] };
+            values[parent].add(&mut build, operand)?;
+        }
+        let [root, _] = values[0].finish(&mut build)?;
+        build.finish(root)
+    }
+}
+
+/// The truth values of a gate while its operands are added.
+struct Value {
+    kind: Kind,
+    /// Of a symmetric difference: where an operand is between its estimates, one way or the other.
+    results: [u32; 2],
+    is_odd: u32,
+}
+
+impl Value {
+    fn new(kind: Kind) -> Value {
+        let first = if kind == Kind::All { Builder::always() } else { Builder::never() };
+        Value { kind, results: [first; 2], is_odd: Builder::never() }
+    }
+
+    fn add(&mut self, build: &mut Builder, [same, opposite]: [u32; 2]) -> Option<()> {
+        let [one, other] = &mut self.results;
+        match self.kind {
+            Kind::Any => (*one, *other) = (build.any(*one, same)?, build.any(*other, opposite)?),
+            Kind::All => (*one, *other) = (build.both(*one, same)?, build.both(*other, opposite)?),
+            Kind::Odd => {
+                let [without, not_same] = [build.not(opposite)?, build.not(same)?];
+                let between = [build.both(same, without)?, build.both(opposite, not_same)?];
+                (*one, *other) = (build.any(*one, between[0])?, build.any(*other, between[1])?);
+                self.is_odd = build.one(self.is_odd, same)?;
+            }
+        }
+        Some(())
+    }
+
+    /// Returns both truth values; see [`Rule::OddOrUnknown`].
+    fn finish(&self, build: &mut Builder) -> Option<[u32; 2]> {
+        let [one, other] = self.results;
+        if self.kind != Kind::Odd {
+            return Some([one, other]);
+        }
+        let [not_one, not_other] = [build.not(one)?, build.not(other)?];
+        let known = [build.both(not_other, self.is_odd)?, build.both(not_one, self.is_odd)?];
+        Some([build.any(one, known[0])?, build.any(other, known[1])?])
     }
 }
 

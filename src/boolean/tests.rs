@@ -217,12 +217,15 @@ fn random_expressions_agree_with_pointwise_evaluation() {
             .iter()
             .map(|rays| bare(&rays.iter().map(|ray| ray.iter().map(|s| s.0).collect()).collect::<Vec<_>>()))
             .collect();
+        let diagram = plan.diagram().unwrap();
         // Exact images without triangles, and the same ones as both estimates.
         let plain = plan.sweep(&operands(&depths_alone)).unwrap();
         for ray in 0..20 {
             let samples: Vec<&[i32]> = images.iter().map(|image| image.samples(ray)).collect();
             let holds = |depth| expression.holds(|input| inside(samples[input], depth));
             let expected = spans(holds);
+            let decides = |depth| diagram.holds(|leaf| inside(samples[plan.leaves()[leaf].input], depth));
+            assert_eq!(spans(decides), expected, "round {round}: {expression:?} of {samples:?}");
             assert_eq!(plain.samples(ray), expected, "round {round}: {expression:?} of {samples:?}");
             assert_eq!(surface.samples(ray), expected, "round {round}: {expression:?} of {samples:?}");
             let first = surface.offsets()[ray as usize] as usize;
@@ -284,6 +287,41 @@ fn random_estimates_agree_with_pointwise_bounds_of_their_inputs() {
                 expression.fold(both, estimate).0
             };
             assert_eq!(found.samples(0), spans(holds), "round {round}: {expression:?}");
+            let diagram = plan.diagram().unwrap();
+            let decides = |depth| {
+                diagram.holds(|leaf| {
+                    let Leaf { input, mode } = plan.leaves()[leaf];
+                    in_input(input, mode, depth)
+                })
+            };
+            assert_eq!(spans(decides), spans(holds), "round {round}: {expression:?}");
         }
+    }
+}
+
+#[test]
+fn diagrams_grow_with_the_expression_and_end_at_their_limits() {
+    let diagram = |expression: &Expression, mode| Plan::new(expression, mode).diagram();
+    for (operation, mode, nodes) in [
+        (BooleanOperation::Union, Mode::Exact, 64),
+        (BooleanOperation::Difference, Mode::OVER, 64),
+        // Two for each leaf but the first and the last: the number of leaves before it is even or odd.
+        (BooleanOperation::Xor, Mode::Exact, 127),
+    ] {
+        let found = diagram(&Expression::of_inputs(operation, 64), mode).unwrap();
+        assert_eq!((found.words().len(), found.leaves()), (1 + 3 * nodes, 64), "{operation:?}");
+        assert_eq!(diagram(&Expression::of_inputs(operation, 65), mode), None);
+    }
+    // Which of the first half are inside matters until the last is known.
+    let pairs = |count: usize| {
+        let names: Vec<String> = (0..2 * count).map(|i| format!("s{i:02}")).collect();
+        let text: Vec<String> = (0..count).map(|i| format!("s{i:02} & s{:02}", i + count)).collect();
+        Expression::parse(&text.join(" | "), &names).unwrap()
+    };
+    assert!(diagram(&pairs(8), Mode::Exact).unwrap().holds(|leaf| leaf == 3 || leaf == 11));
+    assert_eq!(diagram(&pairs(32), Mode::Exact), None);
+    for mode in [Mode::Exact, Mode::OVER] {
+        let deep = format!("{}a{}", "a ^ (b | ".repeat(50_000), ")".repeat(50_000));
+        assert!(diagram(&Expression::parse(&deep, &["a", "b"]).unwrap(), mode).unwrap().words().len() < 50);
     }
 }

@@ -97,7 +97,7 @@ impl ImageMaker<'_> {
     pub fn sums_together(measurement: &Measurement, mode: Mode) -> bool {
         match measurement {
             Measurement::Boolean(Boolean { expression, .. }) => {
-                masked(expression, mode).is_some() || Plan::new(expression, mode).table().is_some()
+                masked(expression, mode).is_some() || Plan::new(expression, mode).diagram().is_some()
             }
             Measurement::Volume | Measurement::Sample => true,
         }
@@ -172,16 +172,16 @@ impl ImageMaker<'_> {
         Ok(image)
     }
 
-    /// Has the sampler combine the images of an expression, if it does and the expression has a table.
+    /// Has the sampler combine the images of an expression, if it does and the expression has a diagram.
     fn combined<T>(
         &mut self,
         plan: &Plan,
         solids: &[LatticeSolid],
         make: impl FnOnce(&Self, Combination) -> Result<Option<T>, SampleError>,
     ) -> Result<Option<T>, Error> {
-        let Some(table) = plan.table() else { return Ok(None) };
+        let Some(diagram) = plan.diagram() else { return Ok(None) };
         let leaves: Vec<_> = plan.leaves().iter().map(|leaf| (&solids[leaf.input], leaf.mode)).collect();
-        self.timed(|maker| make(maker, Combination::new(&leaves, table)))
+        self.timed(|maker| make(maker, Combination::new(&leaves, &diagram)))
     }
 
     /// Returns a combined result, after it has recorded whether the fill rules agree in the images of its leaves.

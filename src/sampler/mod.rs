@@ -87,6 +87,7 @@ pub(crate) mod lists;
 #[doc(hidden)]
 pub mod stages;
 
+use crate::diagram::Diagram;
 use crate::gpu::DeviceError;
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
 pub use crate::ldi::{Estimate, FillRule, Mode};
@@ -119,25 +120,20 @@ pub enum SampleError {
 #[derive(Clone, Copy, Debug)]
 pub struct Combination<'a> {
     leaves: &'a [(&'a LatticeSolid<'a>, Mode)],
-    table: &'a [u64],
+    diagram: &'a Diagram,
 }
 
 impl<'a> Combination<'a> {
-    /// Most leaves.
-    pub const MOST_LEAVES: usize = 12;
-
-    /// Combines the images of some leaves, each the solid and the mode of its image, by the table of a plan
-    /// ([`Plan::table`](crate::boolean::Plan::table)). The bits of a number `s` stand for a set of leaves, and bit `s` of the table
-    /// tells whether the points in just these leaves belong to the result.
+    /// Combines the images of some leaves, each the solid and the mode of its image, by the diagram of a plan
+    /// ([`Plan::diagram`](crate::boolean::Plan::diagram)).
     ///
     /// # Panics
-    /// If there are no leaves, or more than [`MOST_LEAVES`](Self::MOST_LEAVES); if the table has another number of words than these
-    /// need; or if points in no leaf belong to the result.
-    pub fn new(leaves: &'a [(&'a LatticeSolid<'a>, Mode)], table: &'a [u64]) -> Combination<'a> {
-        assert!((1..=Combination::MOST_LEAVES).contains(&leaves.len()), "{} leaves", leaves.len());
-        assert_eq!(table.len(), (1usize << leaves.len()).div_ceil(64), "words of a table of {} leaves", leaves.len());
-        assert_eq!(table[0] & 1, 0, "where no leaf is, there is no result");
-        Combination { leaves, table }
+    /// If there are no leaves, fewer than the diagram asks for, or more than [`Diagram::MOST_LEAVES`]; or if points in no leaf
+    /// belong to the result.
+    pub fn new(leaves: &'a [(&'a LatticeSolid<'a>, Mode)], diagram: &'a Diagram) -> Combination<'a> {
+        assert!((diagram.leaves().max(1)..=Diagram::MOST_LEAVES).contains(&leaves.len()), "{} leaves", leaves.len());
+        assert!(!diagram.holds(|_| false), "where no leaf is, there is no result");
+        Combination { leaves, diagram }
     }
 
     /// Returns the solid and the mode of the image of each leaf.
@@ -145,9 +141,9 @@ impl<'a> Combination<'a> {
         self.leaves
     }
 
-    /// Returns the table.
-    pub fn table(&self) -> &'a [u64] {
-        self.table
+    /// Returns the diagram.
+    pub fn diagram(&self) -> &'a Diagram {
+        self.diagram
     }
 }
 

@@ -35,7 +35,7 @@ pub(super) enum Outcome {
     Own,
     /// The estimate of the intersection of two, voxel by voxel.
     Both,
-    /// The combination of the images of all, by its table in words of the device.
+    /// The combination of the images of all, by its diagram in words of the device.
     Combination(Vec<u32>),
 }
 
@@ -128,7 +128,6 @@ impl Image {
         let grid = admit(solids, fill)?;
         let part = |&(solid, mode): &(&LatticeSolid, Mode)| Part::new(solid, mode, solid.region());
         let parts: Vec<Part> = combination.leaves().iter().map(part).collect();
-        let table = combination.table().iter().flat_map(|&word| [word as u32, (word >> 32) as u32]);
         let around = |axis: Axis| {
             let windows = parts.iter().map(|part| part.windows[axis.depth()].clone());
             windows.reduce(Window::around).expect("there is a leaf")
@@ -136,7 +135,7 @@ impl Image {
         Ok(Image {
             grid,
             fill,
-            result: Outcome::Combination(table.collect()),
+            result: Outcome::Combination(combination.diagram().words()),
             windows: Axis::ALL.map(around),
             parts,
             keeps_triangles: false,

@@ -159,18 +159,18 @@ impl Job<'_> {
                 self.by_ray(recorder, &MEET, &bound)?;
                 loose
             }
-            Outcome::Combination(table) => {
+            Outcome::Combination(diagram) => {
                 let of_leaves = self.words("sample counts of leaves", lists.lists)?;
                 for part in 0..self.solids.len() {
                     self.resolve_part(recorder, lists, part, [&of_leaves, &tallies])?;
                 }
-                let table = self.sampler.device.upload("table of states", bytemuck::cast_slice(table))?;
+                let diagram = self.sampler.device.upload("diagram", bytemuck::cast_slice(diagram))?;
                 let loose = self.words("loose samples", lists.capacity)?;
                 let bound = [
                     (1, starts),
                     (2, crossings),
                     (3, &of_leaves),
-                    (4, &table),
+                    (4, &diagram),
                     (5, &loose),
                     (6, &counts),
                     (7, &tallies),
@@ -213,12 +213,12 @@ impl Job<'_> {
     }
 
     /// Refuses crossings, of which one list has `greatest`, where an adapter is not certain to complete the loops over them.
-    /// `combine` looks at every leaf twice for each depth, and the sums take 14 rounds for each of the samples of all leaves.
+    /// `combine` looks at every leaf three times for each depth, and the sums take 14 rounds for each of the samples of all leaves.
     pub fn admit_rounds(&self, greatest: u32) -> Result<(), DeviceError> {
         let leaves = self.image.leaves() as u32;
         let rounds = match leaves {
             0 => greatest,
-            _ => greatest.saturating_mul(leaves).saturating_mul((2 * leaves + 5).max(14)) / 8,
+            _ => greatest.saturating_mul(leaves).saturating_mul((3 * leaves + 5).max(14)) / 8,
         };
         self.sampler.device.admit_rounds(rounds)
     }

@@ -6,10 +6,10 @@ use super::Route;
 use super::band::Band;
 use super::image::Image;
 use super::network::NETWORK;
+use crate::diagram::Diagram;
 use crate::gpu::{WORKGROUP, shared_struct};
 use crate::grid::{Axis, Grid};
 use crate::ldi::{ALONG_COLUMNS, ALONG_ROWS, THROUGH_NODES, level_tolerance};
-use crate::sampler::Combination;
 use crate::sampler::layout::{WORD_BITS, Window};
 use crate::sampler::stages::UNCLOSED;
 
@@ -61,7 +61,7 @@ pub fn constants() -> String {
     constant("WORD_BITS", "u32", WORD_BITS);
     constant("WORKGROUP", "u32", WORKGROUP);
     constant("MOST_BANDS", "u32", MOST_BANDS as u32);
-    constant("MOST_LEAVES", "u32", Combination::MOST_LEAVES as u32);
+    constant("MOST_LEAVES", "u32", Diagram::MOST_LEAVES as u32);
     constant("BLOCK_ROWS", "u32", BLOCK_ROWS);
     constant("NETWORK", "u32", NETWORK);
     constant("SCAN_WORKGROUP", "u32", SCAN_WORKGROUP);
