@@ -16,7 +16,8 @@
 // Behind the depths of all samples.
 const BEHIND_ALL = 0x7fffffff;
 
-// The next sample of each leaf, and the end of its samples on the ray.
+// The leaves with samples on the ray; the next sample of each, and the end of its samples.
+var<private> met: array<u32, MOST_LEAVES>;
 var<private> next: array<u32, MOST_LEAVES>;
 var<private> end: array<u32, MOST_LEAVES>;
 
@@ -35,7 +36,8 @@ fn is_in_result() -> bool {
 }
 
 fn combine_ray(ray: u32, band: u32) {
-    var has_samples = false;
+    var leaves = 0u;
+    var depth = BEHIND_ALL;
     for (var leaf = 0u; leaf < view.solids; leaf++) {
         let list = leaf * view.rays + ray;
         let count = leaf_counts[list];
@@ -44,45 +46,39 @@ fn combine_ray(ray: u32, band: u32) {
             tell_unclosed(ray, band);
             return;
         }
-        next[leaf] = starts[list];
-        end[leaf] = starts[list] + count;
-        has_samples |= count > 0u;
+        if count > 0u {
+            met[leaves] = leaf;
+            next[leaves] = starts[list];
+            end[leaves] = starts[list] + count;
+            depth = min(depth, samples[starts[list]]);
+            leaves++;
+        }
     }
-    if !has_samples {
-        counts[ray] = 0u;
-        return;
-    }
-    let first = first_loose(ray);
-    var place = first;
     for (var word = 0u; word < MOST_LEAVES / WORD_BITS; word++) {
         within[word] = 0u;
     }
+    let first = first_loose(ray);
+    var place = first;
     var holds = false;
-    loop {
-        var depth = BEHIND_ALL;
-        for (var leaf = 0u; leaf < view.solids; leaf++) {
-            if next[leaf] < end[leaf] {
-                depth = min(depth, samples[next[leaf]]);
-            }
-        }
-        if depth == BEHIND_ALL {
-            break;
-        }
-        for (var leaf = 0u; leaf < view.solids; leaf++) {
-            while next[leaf] < end[leaf] {
-                if samples[next[leaf]] != depth {
+    while depth != BEHIND_ALL {
+        var following = BEHIND_ALL;
+        for (var i = 0u; i < leaves; i++) {
+            while next[i] < end[i] {
+                let sample = samples[next[i]];
+                if sample != depth {
+                    following = min(following, sample);
                     break;
                 }
-                within[leaf / WORD_BITS] ^= 1u << (leaf % WORD_BITS);
-                next[leaf]++;
+                within[met[i] / WORD_BITS] ^= 1u << (met[i] % WORD_BITS);
+                next[i]++;
             }
         }
-        let now = is_in_result();
-        if now != holds {
+        if is_in_result() != holds {
             loose[place] = depth;
             place++;
-            holds = now;
+            holds = !holds;
         }
+        depth = following;
     }
     counts[ray] = place - first;
 }
