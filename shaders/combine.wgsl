@@ -16,13 +16,16 @@
 // Behind the depths of all samples.
 const BEHIND_ALL = 0x7fffffff;
 
+const LEAVES = select(FEW_LEAVES, MOST_LEAVES, MANY_LEAVES);
+const LEAF_WORDS = (LEAVES + WORD_BITS - 1u) / WORD_BITS;
+
 // The leaves with samples on the ray; the next sample of each, and the end of its samples.
-var<private> met: array<u32, MOST_LEAVES>;
-var<private> next: array<u32, MOST_LEAVES>;
-var<private> end: array<u32, MOST_LEAVES>;
+var<private> met: array<u32, LEAVES>;
+var<private> next: array<u32, LEAVES>;
+var<private> end: array<u32, LEAVES>;
 
 // The leaves that a depth lies in.
-var<private> within: array<u32, MOST_LEAVES / WORD_BITS>;
+var<private> within: array<u32, LEAF_WORDS>;
 
 // Returns whether the points in these leaves alone are in the result.
 fn is_in_result() -> bool {
@@ -54,7 +57,7 @@ fn combine_ray(ray: u32, band: u32) {
             leaves++;
         }
     }
-    for (var word = 0u; word < MOST_LEAVES / WORD_BITS; word++) {
+    for (var word = 0u; word < LEAF_WORDS; word++) {
         within[word] = 0u;
     }
     let first = first_loose(ray);

@@ -2,7 +2,7 @@
 
 use super::band::{Band, cut};
 use super::stages::{Flag, Flags};
-use super::view::{MOST_BANDS, words};
+use super::view::{FEW_LEAVES, MOST_BANDS, words};
 use super::{GpuSampler, Route};
 use crate::gpu::{WORKGROUP, bytes_of};
 use crate::grid::{Axis, Closure, Grid, LatticeBox, LatticeSolid};
@@ -188,6 +188,7 @@ impl Image {
             (Flag::TwoSolids, self.parts.len() == 2),
             (Flag::KeepsTriangles, self.keeps_triangles),
             (Flag::KeepsEnds, self.keeps_ends),
+            (Flag::ManyLeaves, self.leaves() > FEW_LEAVES),
         ])
     }
 

@@ -26,9 +26,11 @@ pub enum Flag {
     KeepsEnds,
     /// Depths need integers of 96 bits.
     Hard,
+    /// There are more than [`FEW_LEAVES`](super::view::FEW_LEAVES).
+    ManyLeaves,
 }
 
-const ALL_FLAGS: [(Flag, &str); 7] = [
+const ALL_FLAGS: [(Flag, &str); 8] = [
     (Flag::Over, "OVER"),
     (Flag::Exact, "EXACT"),
     (Flag::NonZero, "NON_ZERO"),
@@ -36,6 +38,7 @@ const ALL_FLAGS: [(Flag, &str); 7] = [
     (Flag::KeepsTriangles, "KEEPS_TRIANGLES"),
     (Flag::KeepsEnds, "KEEPS_ENDS"),
     (Flag::Hard, "HARD"),
+    (Flag::ManyLeaves, "MANY_LEAVES"),
 ];
 
 /// A set of flags.
@@ -240,7 +243,7 @@ pub static COMBINE: Stage = Stage {
     entry: "combine",
     files: &[shader!("unclosed"), shader!("loose"), shader!("combine")],
     bindings: &[VIEW, (1, Read), (2, Read), (3, Read), (4, Read), (5, Write), (6, Write), (7, Write)],
-    flags: &[],
+    flags: &[Flag::ManyLeaves],
 };
 
 pub static COMPACT: Stage = Stage {

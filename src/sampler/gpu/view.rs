@@ -51,6 +51,9 @@ pub const TOTALS_WORDS: u32 = 2 * SUMS + 2;
 /// Number of words of the totals of one band for moments: sums in four words each, and the number of coincident samples.
 pub const MOMENT_WORDS: u32 = 4 * MOMENTS as u32 + 1;
 
+/// Most leaves for which less memory of each invocation is cleared.
+pub const FEW_LEAVES: usize = 8;
+
 /// Returns the constants in WGSL, for the head of every shader.
 pub fn constants() -> String {
     let mut text = String::new();
@@ -61,6 +64,7 @@ pub fn constants() -> String {
     constant("WORD_BITS", "u32", WORD_BITS);
     constant("WORKGROUP", "u32", WORKGROUP);
     constant("MOST_BANDS", "u32", MOST_BANDS as u32);
+    constant("FEW_LEAVES", "u32", FEW_LEAVES as u32);
     constant("MOST_LEAVES", "u32", Diagram::MOST_LEAVES as u32);
     constant("BLOCK_ROWS", "u32", BLOCK_ROWS);
     constant("NETWORK", "u32", NETWORK);
