@@ -6,9 +6,10 @@
 @group(0) @binding(1) var<storage, read> starts: array<u32>;
 @group(0) @binding(2) var<storage, read> samples: array<i32>;
 @group(0) @binding(3) var<storage, read> leaf_counts: array<u32>;
-// The first node, then three numbers of each from node 2 on: its leaf, where to go outside it, and inside. Node 0 is outside the
-// result, and node 1 inside.
-@group(0) @binding(4) var<storage, read> diagram: array<u32>;
+// Of few leaves a bit for each set of them, in the order of the sets as numbers: whether a point in these alone is in the result.
+// Of many a decision diagram: the first node, then three numbers of each from node 2 on: its leaf, where to go outside it, and
+// inside. Node 0 is outside the result, and node 1 inside.
+@group(0) @binding(4) var<storage, read> results: array<u32>;
 @group(0) @binding(5) var<storage, read_write> loose: array<i32>;
 @group(0) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(7) var<storage, read_write> tallies: array<Tally>;
@@ -29,11 +30,14 @@ var<private> within: array<u32, LEAF_WORDS>;
 
 // Returns whether the points in these leaves alone are in the result.
 fn is_in_result() -> bool {
-    var node = diagram[0];
+    if !MANY_LEAVES {
+        return ((results[within[0] / WORD_BITS] >> (within[0] % WORD_BITS)) & 1u) == 1u;
+    }
+    var node = results[0];
     while node > 1u {
         let at = 3u * node - 5u;
-        let leaf = diagram[at];
-        node = diagram[at + 1u + ((within[leaf / WORD_BITS] >> (leaf % WORD_BITS)) & 1u)];
+        let leaf = results[at];
+        node = results[at + 1u + ((within[leaf / WORD_BITS] >> (leaf % WORD_BITS)) & 1u)];
     }
     return node == 1u;
 }

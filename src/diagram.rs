@@ -53,6 +53,15 @@ impl Diagram {
         let nodes = self.nodes.iter().flat_map(|node| [node.leaf, node.next[0], node.next[1]]);
         std::iter::once(self.root).chain(nodes).collect()
     }
+
+    /// Returns the results in all states of some leaves: bit `s` where the leaves inside are the bits of `s`.
+    pub(crate) fn table(&self, leaves: usize) -> Vec<u32> {
+        let mut words = vec![0; (1usize << leaves).div_ceil(32)];
+        for state in (0..1usize << leaves).filter(|state| self.holds(|leaf| state >> leaf & 1 == 1)) {
+            words[state / 32] |= 1 << (state % 32);
+        }
+        words
+    }
 }
 
 /// A diagram under construction; its nodes stand for results, by number. Functions return `None` where there are too many.

@@ -264,7 +264,7 @@ fn expressions_move_their_result_alone() {
         let plan = Plan::new(&Expression::parse(text, &names).unwrap(), Mode::Exact);
         counted(&plan);
         let [sums, image] = counted(&plan);
-        assert!(sums.submissions == 1 && sums.read_back < 2048 && sums.uploaded <= 160, "{text}: {sums:?}");
-        assert!(image.submissions == 2 && image.uploaded <= 160, "{text}: {image:?}");
+        assert!(sums.submissions == 1 && sums.read_back < 2048 && sums.uploaded <= 8, "{text}: {sums:?}");
+        assert!(image.submissions == 2 && image.uploaded <= 8, "{text}: {image:?}");
     }
 }

@@ -35,7 +35,7 @@ pub(super) enum Outcome {
     Own,
     /// The estimate of the intersection of two, voxel by voxel.
     Both,
-    /// The combination of the images of all, by its diagram in words of the device.
+    /// The combination of the images of all, by a table of all sets of few leaves, or the diagram of many, in words of the device.
     Combination(Vec<u32>),
 }
 
@@ -135,7 +135,10 @@ impl Image {
         Ok(Image {
             grid,
             fill,
-            result: Outcome::Combination(combination.diagram().words()),
+            result: Outcome::Combination(match parts.len() {
+                0..=FEW_LEAVES => combination.diagram().table(parts.len()),
+                _ => combination.diagram().words(),
+            }),
             windows: Axis::ALL.map(around),
             parts,
             keeps_triangles: false,

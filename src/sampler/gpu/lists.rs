@@ -159,18 +159,18 @@ impl Job<'_> {
                 self.by_ray(recorder, &MEET, &bound)?;
                 loose
             }
-            Outcome::Combination(diagram) => {
+            Outcome::Combination(results) => {
                 let of_leaves = self.words("sample counts of leaves", lists.lists)?;
                 for part in 0..self.solids.len() {
                     self.resolve_part(recorder, lists, part, [&of_leaves, &tallies])?;
                 }
-                let diagram = self.sampler.device.upload("diagram", bytemuck::cast_slice(diagram))?;
+                let results = self.sampler.device.upload("results", bytemuck::cast_slice(results))?;
                 let loose = self.words("loose samples", lists.capacity)?;
                 let bound = [
                     (1, starts),
                     (2, crossings),
                     (3, &of_leaves),
-                    (4, &diagram),
+                    (4, &results),
                     (5, &loose),
                     (6, &counts),
                     (7, &tallies),

@@ -26,7 +26,7 @@ pub enum Flag {
     KeepsEnds,
     /// Depths need integers of 96 bits.
     Hard,
-    /// There are more than [`FEW_LEAVES`](super::view::FEW_LEAVES).
+    /// There are more leaves than [`FEW_LEAVES`](super::view::FEW_LEAVES).
     ManyLeaves,
 }
 

@@ -51,7 +51,7 @@ pub const TOTALS_WORDS: u32 = 2 * SUMS + 2;
 /// Number of words of the totals of one band for moments: sums in four words each, and the number of coincident samples.
 pub const MOMENT_WORDS: u32 = 4 * MOMENTS as u32 + 1;
 
-/// Most leaves for which less memory of each invocation is cleared.
+/// Most leaves whose states are tabulated, and for which less memory of each invocation is cleared.
 pub const FEW_LEAVES: usize = 8;
 
 /// Returns the constants in WGSL, for the head of every shader.
