@@ -10,7 +10,7 @@ use ldi_ops::surface::simplify::{Limits, simplify};
 use ldi_ops::surface::{Surface, contour};
 
 use crate::crossings::{assert_uncrossed, model};
-use crate::sampled::{assert_solid, nodes, surface_of};
+use crate::sampled::{assert_solid, nodes, surface_of, surface_of_expression};
 use crate::testing::images::closed;
 use crate::testing::near::Near;
 use crate::testing::random::Congruential;
@@ -57,9 +57,13 @@ fn check(mesh: &ClosedMesh, grid: &Grid, bound: f64, what: &str) -> [usize; 2] {
         let away = away(&near[1], point);
         assert!(away <= bound * (1.0 + 1e-9), "{what}: {point} is {away} away");
     }
+    // Each side is one of two triangles.
+    let mut noise = Congruential::new(few.mesh.triangles.len() as u64);
     for triangle in &few.mesh.triangles {
         let [a, b, c] = triangle.map(|vertex| few.mesh.positions[vertex as usize]);
-        for point in [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0] {
+        let on_sides = [[a, b], [b, c], [c, a]].map(|[one, other]| [0; 4].map(|_| one.lerp(other, noise.share())));
+        let inside = [0; 4].map(|_| a.lerp(b.lerp(c, noise.share()), noise.share()));
+        for point in on_sides.into_iter().flatten().chain(inside) {
             let away = away(&near[0], point);
             assert!(away <= bound * (1.0 + 1e-9), "{what}: {point} is {away} away");
         }
@@ -114,6 +118,44 @@ fn turned_cubes_have_twelve_triangles_and_their_corners() {
         // A vertex that must stay in its cell for a node's sake lies off the faces.
         assert_eq!(more, exceptions, "{rays} rays");
     }
+}
+
+/// The common part of a ball and a half space, whose surface is known everywhere.
+#[test]
+fn a_ball_cut_by_a_plane_keeps_its_flat_face_and_its_rim() {
+    let ball = closed(solids::geodesic(1.0, 64).unwrap());
+    let normal = DVec3::new(2.0, -1.0, 3.0).normalize();
+    let turn = glam::DQuat::from_rotation_arc(DVec3::Z, normal);
+    let mut half = solids::cuboid(DVec3::new(-2.0, -2.0, -3.0), DVec3::new(2.0, 2.0, 0.4)).unwrap();
+    half.transform(&DAffine3::from_quat(turn));
+    let (surface, grid) = surface_of_expression("a & b", &[&ball, &closed(half)], 200);
+    let few = simplified(&surface, &grid, 0.05);
+    assert_solid(&few.mesh);
+    assert_uncrossed(&few, &grid, "a cut ball");
+    let pitch = grid.pitch();
+    // Chords of the ball's triangles and of the cells are 0.01 pitches off.
+    let most = 0.06 * pitch;
+    let mut noise = Congruential::new(3);
+    let mut flat = 0;
+    for triangle in &few.mesh.triangles {
+        let corners @ [a, b, c] = triangle.map(|vertex| few.mesh.positions[vertex as usize]);
+        flat += usize::from(corners.iter().all(|corner| (corner.dot(normal) - 0.4).abs() < most));
+        for point in corners.into_iter().chain([0; 8].map(|_| a.lerp(b.lerp(c, noise.share()), noise.share()))) {
+            let away = (point.length() - 1.0).max(point.dot(normal) - 0.4);
+            assert!(away.abs() < most, "{point} is {} pitches away", away / pitch);
+        }
+    }
+    let near = Near::new(&few.mesh, pitch);
+    for i in 0..1000 {
+        let (sine, cosine) = (f64::from(i) * 0.00628).sin_cos();
+        let radius = (1.0 - 0.4 * 0.4_f64).sqrt();
+        let rim = turn * DVec3::new(radius * cosine, radius * sine, 0.4);
+        let away = near.distance(rim).unwrap();
+        assert!(away < most, "the rim at {rim} is {} pitches away", away / pitch);
+    }
+    let counts = [surface.mesh.triangles.len(), few.mesh.triangles.len(), flat];
+    println!("{counts:?} triangles: of the full mesh, within the bound, and of the flat face");
+    assert!(8 * counts[1] < counts[0] && 8 * flat < counts[1], "{counts:?}");
 }
 
 #[test]

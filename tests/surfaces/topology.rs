@@ -10,7 +10,7 @@ use ldi_ops::solids;
 use ldi_ops::surface::manifold::ManifoldReport;
 use ldi_ops::surface::{Surface, contour};
 
-use crate::crossings::assert_uncrossed;
+use crate::crossings::{assert_uncrossed, model};
 use crate::sampled::{assert_solid, nodes, surface_of, surface_of_expression};
 use crate::testing::images::{closed, grid_around};
 use crate::testing::random::Congruential;
@@ -185,6 +185,17 @@ fn walls_thinner_than_a_pitch_are_there() {
         assert!(share > 0.79 && share < 1.001, "{seed}: {share}");
     }
     assert_eq!(whole, 24);
+}
+
+/// Sheets that end in wedges thinner than the lattice: the exact mesh has one component and genus 6.
+#[test]
+fn sheets_that_end_in_wedges_have_the_topology_of_the_solid() {
+    let [gyroid, bone] = ["gyroid_sheet.stl", "bone.stl"].map(|name| closed(model(name)));
+    let (surface, grid) = surface_of_expression("a & b", &[&gyroid, &bone], 128);
+    let report = ManifoldReport::of(&surface.mesh, Precision::Single);
+    assert_eq!((report.components, report.genus), (1, Some(6)));
+    assert_uncrossed(&surface, &grid, "gyroid and bone");
+    assert!((report.signed_volume / 317.1035 - 1.0).abs() < 1e-3, "{}", report.signed_volume);
 }
 
 #[test]
