@@ -61,9 +61,6 @@ fn combine_ray(ray: u32, band: u32) {
             leaves++;
         }
     }
-    for (var word = 0u; word < LEAF_WORDS; word++) {
-        within[word] = 0u;
-    }
     let first = first_loose(ray);
     var place = first;
     var holds = false;

@@ -283,22 +283,25 @@ mod tests {
         let mut split = 0;
         for inside in 0..=255u8 {
             let equal = edges_between_equals(inside);
+            let mut states: Vec<Signs> = (0..64).map(|joined| plain(inside, joined)).collect();
             let mut cut = equal;
             while cut > 0 {
                 let joined = (u32::from(cut) * 29 + u32::from(inside) * 7) as u8 & 63;
-                let signs = Signs { inside, joined, cut };
+                states.push(Signs { inside, joined, cut });
+                cut = (cut - 1) & equal;
+            }
+            for signs in states {
                 let of_crossing = loops(signs).of_crossing;
                 for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
                     let found: Vec<[usize; 2]> = arcs(signs, axis, side).into_iter().flatten().collect();
                     if let [[a, _], [b, _]] = found[..]
                         && of_crossing[a] == of_crossing[b]
                     {
-                        let other = Signs { joined: joined ^ 1 << (2 * axis + side), ..signs };
+                        let other = Signs { joined: signs.joined ^ 1 << (2 * axis + side), ..signs };
                         assert_eq!(loops(other).count, loops(signs).count + 1, "{signs:?} {axis} {side}");
                         split += 1;
                     }
                 }
-                cut = (cut - 1) & equal;
             }
         }
         assert!(split > 1000);

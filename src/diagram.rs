@@ -1,8 +1,8 @@
 //! Decision diagrams: expressions for a device, which has no memory to keep count of the operands of every ray.
 //!
 //! Bryant 1986 (Graph-Based Algorithms for Boolean Function Manipulation). A node asks for one leaf and leads on to another node,
-//! or to the result. On every way leaves are asked for in their order, no two nodes ask the same, and none asks in vain: so a union
-//! of n leaves has n nodes, and the leaves inside alone decide how far one has to go.
+//! or to the result. On every way leaves are asked for in their order, no two nodes are equal, and each leads to two different ones.
+//! So a union of n leaves has n nodes.
 
 use std::collections::HashMap;
 
@@ -10,9 +10,9 @@ use std::collections::HashMap;
 const FALSE: u32 = 0;
 const TRUE: u32 = 1;
 
-/// Most nodes of a diagram, and most that its construction may take.
-const MOST_NODES: usize = 1 << 16;
-const MOST_BUILT: usize = 1 << 18;
+/// Most nodes of a diagram, and most nodes and choices that its construction may take.
+const MOST_NODES: usize = 1 << 14;
+const MOST_BUILT: usize = 1 << 16;
 
 /// A node: the leaf it asks for, and where to go if that is not inside, and if it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,7 +82,7 @@ impl Builder {
         TRUE
     }
 
-    /// Returns where a leaf is.
+    /// Returns the result that is a leaf.
     pub fn leaf(&mut self, leaf: usize) -> Option<u32> {
         self.node(leaf as u32, [FALSE, TRUE])
     }
@@ -99,7 +99,7 @@ impl Builder {
         self.choose([a, TRUE, b])
     }
 
-    pub fn one(&mut self, a: u32, b: u32) -> Option<u32> {
+    pub fn xor(&mut self, a: u32, b: u32) -> Option<u32> {
         let other = self.not(b)?;
         self.choose([a, other, b])
     }
@@ -130,6 +130,9 @@ impl Builder {
         if let Some(&known) = self.chosen.get(&of) {
             return Some(known);
         }
+        if self.chosen.len() >= MOST_BUILT {
+            return None;
+        }
         let node = |number: u32| number.checked_sub(2).map(|at| self.nodes[at as usize]);
         let nodes = of.map(node);
         let leaf = nodes.iter().flatten().map(|node| node.leaf).min()?;
@@ -139,9 +142,7 @@ impl Builder {
         });
         let next = [self.choose(outside)?, self.choose(inside)?];
         let chosen = self.node(leaf, next)?;
-        if self.chosen.len() < MOST_BUILT {
-            self.chosen.insert(of, chosen);
-        }
+        self.chosen.insert(of, chosen);
         Some(chosen)
     }
 

@@ -80,8 +80,8 @@ impl Plan {
         &self.leaves
     }
 
-    /// Returns the result by the leaves that a point is in, as far as estimates lie within one another. `None` where there are more
-    /// than [`Diagram::MOST_LEAVES`], or where the diagram would be very large.
+    /// Returns the result by the leaves that a point is in, for estimates of which the smaller lies within the larger. `None` where
+    /// there are more leaves than [`Diagram::MOST_LEAVES`], or where the diagram would be large.
     pub fn diagram(&self) -> Option<Diagram> {
         if self.leaves.len() > Diagram::MOST_LEAVES {
             return None;
@@ -325,7 +325,7 @@ impl Value {
                 let [without, not_same] = [build.not(opposite)?, build.not(same)?];
                 let between = [build.both(same, without)?, build.both(opposite, not_same)?];
                 (*one, *other) = (build.any(*one, between[0])?, build.any(*other, between[1])?);
-                self.is_odd = build.one(self.is_odd, same)?;
+                self.is_odd = build.xor(self.is_odd, same)?;
             }
         }
         Some(())

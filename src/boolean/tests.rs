@@ -305,7 +305,7 @@ fn diagrams_grow_with_the_expression_and_end_at_their_limits() {
     for (operation, mode, nodes) in [
         (BooleanOperation::Union, Mode::Exact, 64),
         (BooleanOperation::Difference, Mode::OVER, 64),
-        // Two for each leaf but the first and the last: the number of leaves before it is even or odd.
+        // Two for each leaf but the first: the number of leaves before it is even or odd.
         (BooleanOperation::Xor, Mode::Exact, 127),
     ] {
         let found = diagram(&Expression::of_inputs(operation, 64), mode).unwrap();
@@ -320,6 +320,15 @@ fn diagrams_grow_with_the_expression_and_end_at_their_limits() {
     };
     assert!(diagram(&pairs(8), Mode::Exact).unwrap().holds(|leaf| leaf == 3 || leaf == 11));
     assert_eq!(diagram(&pairs(32), Mode::Exact), None);
+    // Small operands whose combination takes more choices than nodes.
+    let names: Vec<String> = (0..54).map(|i| format!("s{i:02}")).collect();
+    let union = |from: usize| {
+        let pairs: Vec<String> =
+            (0..13).map(|i| format!("s{:02} & s{:02}", 2 * i + from, 2 * (i + 13) + from)).collect();
+        pairs.join(" | ")
+    };
+    let text = format!("(({} ) & s52 | s53) & ((({}) - s52) | s53)", union(0), union(1));
+    assert_eq!(diagram(&Expression::parse(&text, &names).unwrap(), Mode::Exact), None);
     for mode in [Mode::Exact, Mode::OVER] {
         let deep = format!("{}a{}", "a ^ (b | ".repeat(50_000), ")".repeat(50_000));
         assert!(diagram(&Expression::parse(&deep, &["a", "b"]).unwrap(), mode).unwrap().words().len() < 50);

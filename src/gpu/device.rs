@@ -211,10 +211,11 @@ impl Device {
         // the number of items before use, or read from buffers that the host or other stages filled: vertices of
         // triangles, each of which the host has looked up before it copies them; rays within the clipped window of a
         // band, and nodes within the grid of spans that it was asked for; sets of few leaves, with one bit each in a table,
-        // and nodes of a diagram, which lead to earlier ones and ask for leaves that `Combination::new` has counted; tallies and totals, which the host makes for every band and leaf; offsets
-        // that are sums of counts, compared with the capacity of the lists before anything is written. Loops count up to
-        // such numbers, and divisors are numbers of columns, which are not zero. The twins compare every stage with the CPU
-        // in buffers that are filled with a word before use.
+        // and nodes of a diagram, which lead to earlier ones and ask for leaves that `Combination::new` has counted; tallies
+        // and totals, which the host makes for every band and leaf; offsets that are sums of counts, compared with the
+        // capacity of the lists before anything is written. Loops count up to such numbers, and divisors are numbers of
+        // columns, which are not zero. The twins compare every stage with the CPU in buffers that are filled with a word
+        // before use.
         unsafe { self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
     }
 

@@ -9,7 +9,8 @@
 //! # Necks
 //! Solids that touch *exactly* leave no gap in a ray through the contact. A **neck** is an edge with both ends inside whose
 //! four neighbours on either side are all outside. It is cut where the planes beside its lower end meet the edge in the same
-//! point as those beside its upper end: there two wedges or tips touch. A strut does not end like this.
+//! point as those beside its upper end: there two wedges or tips touch. A strut does not end like this. Beside ambiguous faces that
+//! are joined ([`pairing`](super::pairing)) no neck is cut.
 
 mod choice;
 
@@ -18,6 +19,7 @@ use std::collections::{BTreeMap, HashMap};
 use rayon::prelude::*;
 
 use super::edges::{Crossing, EdgeSlab, Source};
+use super::pairing::joined_faces;
 use crate::bits::Ones;
 use crate::bits::{after, before};
 use crate::cell::{edge_at, edge_ends};
@@ -72,6 +74,11 @@ pub fn edge_of([x, y, z]: [i32; 3], edge: usize) -> (usize, [i32; 3]) {
     (edge / 4, [x + dx, y + dy, z + dz])
 }
 
+/// Returns whether planes join an ambiguous face of a cell. Beside it a neck might merge loops.
+fn has_joined_faces(source: &Source, cell: [i32; 3]) -> bool {
+    joined_faces(source, source.corners_inside(cell), cell) != 0
+}
+
 impl Cuts {
     /// Cuts the necks of the layers of a slab and of the planes above each; those of its first plane are known from the
     /// previous slab.
@@ -86,7 +93,7 @@ impl Cuts {
             let around = cells_around(axis, node);
             if (up + down - 1.0).abs() < TOUCHING
                 && (0.0..1.0).contains(&up)
-                && around.iter().all(|(cell, _)| self.in_cell(*cell).walls == 0)
+                && around.iter().all(|&(cell, _)| self.in_cell(cell).walls == 0 && !has_joined_faces(source, cell))
                 && !self.of_edge.contains_key(&place(axis, node))
             {
                 let crossings = [lower, upper].map(|normal| Crossing { at: up, normal });

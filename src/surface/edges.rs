@@ -388,8 +388,8 @@ impl Source<'_> {
         (0..3).flat_map(|axis| of_image(axis).collect::<Vec<_>>()).collect()
     }
 
-    /// Returns the first crossing of the ray along `axis` from a node on; `None` if it has none before the next node. Ends of
-    /// different signs usually have one between them.
+    /// Returns the first crossing of the ray along `axis` from a node on; `None` if it has none before the next node. A vertex is
+    /// placed by another one where the ray crosses the edge three times or more.
     pub fn first_crossing(&self, axis: usize, node: [i32; 3]) -> Option<Crossing> {
         let image = self.images[axis];
         let mut next = node;
@@ -423,6 +423,12 @@ impl Source<'_> {
             Mode::UNDER => inside == 3,
             Mode::Exact => inside > 1,
         }
+    }
+
+    /// Returns the corners of a cell that are inside, as bits.
+    pub fn corners_inside(&self, [x, y, z]: [i32; 3]) -> u8 {
+        let corner = |c: i32| self.is_inside([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)]);
+        (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c)
     }
 
     /// Returns the number of samples before a node on the ray along `axis` through it; `None` beyond the grid.

@@ -12,7 +12,8 @@
 //!
 //! # Guarantees
 //! - The mesh is closed, 2-manifold and consistently oriented, whatever the images hold.
-//! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs.
+//! - Sampled again on the same lattice it gives the same nodes: the surface has the topology of the lattice's signs, and
+//!   of the planes at the crossings where signs leave a choice (`pairing`).
 //! - Faces that all cross the lattice where they meet keep their edges and corners, to rounding.
 //!
 //! The second holds where normals are those of the surface that was sampled: others may move a vertex past a node.
@@ -136,6 +137,17 @@ pub fn contour_in(
     mode: Mode,
     coordinates: Coordinates,
 ) -> Result<Surface, SurfaceError> {
+    contour_by_slabs(images, normals, mode, coordinates, MOST_LAYERS)
+}
+
+/// Contours the solid of three images by slabs of at most some layers.
+fn contour_by_slabs(
+    images: [&Ldi; 3],
+    normals: Option<&[[f32; 3]]>,
+    mode: Mode,
+    coordinates: Coordinates,
+    most_layers: i32,
+) -> Result<Surface, SurfaceError> {
     let planes = NodePlanes::new(images, mode)?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
@@ -144,7 +156,7 @@ pub fn contour_in(
     let layers = planes.grid().rays()[2] as i32;
     let [columns, rows, _] = planes.grid().rays().map(u64::from);
     let plane = (columns + 2).div_ceil(64) * (rows + 2);
-    let height = (SLAB_WORDS / plane).clamp(1, MOST_LAYERS as u64) as i32;
+    let height = (SLAB_WORDS / plane).clamp(1, most_layers as u64) as i32;
     for first in (-1..layers).step_by(height as usize) {
         contour.add_layers(first..layers.min(first + height))?;
     }
@@ -317,6 +329,40 @@ impl<'a> Contour<'a> {
             stayed,
             pulled: parted.pulled,
             crossing_pairs: parted.left,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::solids;
+    use crate::testing::images::{closed, grid_around, surface_images};
+    use crate::testing::meshes::together;
+
+    /// Spikes with ambiguous faces and walls, and boxes that touch in an edge, so that there are necks.
+    #[test]
+    fn surfaces_do_not_depend_on_the_height_of_slabs() {
+        let star = solids::star(1.0, 0.3, 2).unwrap();
+        let boxes = [DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0)].map(|from| solids::cuboid(from, from + 1.0).unwrap());
+        for (mut mesh, most) in [(star, 60), (together(&boxes), 40)] {
+            mesh.transform(&DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.5));
+            let mesh = closed(mesh);
+            let grid = grid_around(&[&mesh], most, 1024);
+            let solid = grid.quantise(&mesh).unwrap();
+            let (images, normals) = (surface_images(&solid), solid.normals());
+            let of_height = |height| {
+                let images = images.each_ref();
+                contour_by_slabs(images, Some(&normals), Mode::Exact, Coordinates::default(), height).unwrap()
+            };
+            let whole = of_height(i32::MAX);
+            for height in [1, 2, 7, MOST_LAYERS] {
+                let found = of_height(height);
+                assert!(found.mesh == whole.mesh, "{height} layers");
+                assert_eq!(found.sub_resolution, whole.sub_resolution, "{height} layers");
+            }
         }
     }
 }

@@ -10,13 +10,13 @@ use super::edges::{Crossing, EdgeSlab, Source};
 use crate::bits::{Ones, after};
 use crate::cell::{Signs, arcs, at_fault};
 
-/// A face is joined where the planes at the ends of its arcs are nearer to one another by this share than if it were not.
+/// A face is joined only if the ends of its arcs are then nearer to each other's planes by this factor than if it were not.
 const FLATTER: f64 = 0.5;
 
 /// The ambiguous faces that are joined, by cell; see [`cell`](crate::cell).
 ///
-/// A wedge thinner than the diagonal passes through such a face, or two edges end beside it. Which, the planes at the four
-/// crossings tell: arcs end at crossings of one plane where they may.
+/// Either a wedge thinner than the diagonal passes through such a face, or two edges end beside it. The planes at the four crossings
+/// decide: an arc should end at two crossings of one plane.
 #[derive(Debug, Default)]
 pub struct JoinedFaces {
     of_cell: HashMap<[i32; 3], u8>,

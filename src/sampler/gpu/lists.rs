@@ -213,7 +213,8 @@ impl Job<'_> {
     }
 
     /// Refuses crossings, of which one list has `greatest`, where an adapter is not certain to complete the loops over them.
-    /// `combine` looks at every leaf, and at a node for each, at every depth, and the sums take 14 rounds for each of the samples of all leaves.
+    /// `combine` looks at every leaf, and at up to one node for each, at every depth, and the sums take 14 rounds for each of the
+    /// samples of all leaves.
     pub fn admit_rounds(&self, greatest: u32) -> Result<(), DeviceError> {
         let leaves = self.image.leaves() as u32;
         let rounds = match leaves {

@@ -73,8 +73,7 @@ impl<'a> Choice<'a> {
         }
         let signs = |(cell, cut): ([i32; 3], u16)| {
             checkpoint();
-            let corner = |c: i32| source.is_inside([cell[0] + (c & 1), cell[1] + (c >> 1 & 1), cell[2] + (c >> 2)]);
-            let inside = (0..8).fold(0, |bits, c| bits | u8::from(corner(c)) << c);
+            let inside = source.corners_inside(cell);
             (cell, Signs { inside, joined: joined_faces(source, inside, cell), cut })
         };
         Choice { source, edges, cells: cut.into_par_iter().map(signs).collect() }
@@ -161,7 +160,7 @@ impl<'a> Choice<'a> {
         cells
     }
 
-    /// Chooses the pairing of the arcs on the faces of some cells by the normals of their crossings.
+    /// Chooses the pairing of the arcs on the faces of some cells that have cut edges by the normals of their crossings.
     fn pair_arcs(&mut self, cells: &BTreeSet<[i32; 3]>) {
         let has_cuts = |&(above, axis): &Face| self.cells.get(&above).is_some_and(|s| s.cut & face_edges(axis, 0) != 0);
         let faces: Vec<Face> = self.faces_of(cells).into_iter().filter(has_cuts).collect();
