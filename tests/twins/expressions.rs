@@ -101,8 +101,8 @@ fn open_meshes_and_many_leaves_have_equal_images() {
     let mut solid = |i: usize| match i {
         1..12 => closed(&soups::oriented()[0].1(&mut random, &frame)),
         _ => {
-            let low: [i32; 3] = std::array::from_fn(|_| 2 * random.between(0, 25) as i32);
-            closed(&soups::cuboid(low, low.map(|at| at + 2 * random.between(1, 30) as i32)))
+            let low: [i32; 3] = std::array::from_fn(|_| 2 * random.between(0, 25));
+            closed(&soups::cuboid(low, low.map(|at| at + 2 * random.between(1, 30))))
         }
     };
     let meshes: Vec<ClosedMesh> = (1..count).map(&mut solid).collect();
