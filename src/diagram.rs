@@ -49,12 +49,14 @@ impl Diagram {
     }
 
     /// Returns the first node, and then the three numbers of each from node 2 on: its leaf, where to go outside it, and inside.
+    #[cfg(any(feature = "gpu", test))]
     pub(crate) fn words(&self) -> Vec<u32> {
         let nodes = self.nodes.iter().flat_map(|node| [node.leaf, node.next[0], node.next[1]]);
         std::iter::once(self.root).chain(nodes).collect()
     }
 
     /// Returns the results in all states of some leaves: bit `s` where the leaves inside are the bits of `s`.
+    #[cfg(feature = "gpu")]
     pub(crate) fn table(&self, leaves: usize) -> Vec<u32> {
         let mut words = vec![0; (1usize << leaves).div_ceil(32)];
         for state in (0..1usize << leaves).filter(|state| self.holds(|leaf| state >> leaf & 1 == 1)) {
