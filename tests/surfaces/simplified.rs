@@ -115,7 +115,7 @@ fn turned_cubes_have_twelve_triangles_and_their_corners() {
             assert!(after <= 32 && farthest < 1e-6, "{i} at {rays} rays: {after} {farthest}");
             more.extend((after > 12).then_some(i));
         }
-        // A vertex that must stay in its cell for a node's sake lies off the faces.
+        // Why one cube keeps more triangles is not known.
         assert_eq!(more, exceptions, "{rays} rays");
     }
 }
