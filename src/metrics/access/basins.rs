@@ -44,6 +44,7 @@ pub(super) struct Basins<'a> {
 
 impl<'a> Basins<'a> {
     pub fn new(steps: &'a Steps<'a>, radii: &'a [f32]) -> Basins<'a> {
+        assert!(radii.len() < BASIN as usize, "{} nodes; fewer than 2³¹ are possible", radii.len());
         let of = (0..radii.len()).into_par_iter().with_min_len(1 << 14).map(|_| AtomicU32::new(NONE)).collect();
         let mut basins = Basins { steps, radii, of, count: 0 };
         basins.go_up();
@@ -231,7 +232,7 @@ struct Pass {
 
 /// Keeps the widest of the steps between each two basins.
 fn widest_of_each(mut passes: Vec<Pass>) -> Vec<Pass> {
-    passes.sort_unstable_by(|a, b| a.between.cmp(&b.between).then(b.room.total_cmp(&a.room)));
+    passes.par_sort_unstable_by(|a, b| a.between.cmp(&b.between).then(b.room.total_cmp(&a.room)));
     passes.dedup_by_key(|pass| pass.between);
     passes
 }

@@ -29,7 +29,7 @@ pub struct Percolation {
 /// Needs a byte for each node and 4 for each waiting one, in one thread, and ends as soon as the far end is met.
 ///
 /// # Panics
-/// As [`bottlenecks`](super::bottlenecks).
+/// If there is not a radius for each node, or there are 2³² nodes or more.
 pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryCondition) -> Option<Percolation> {
     assert_eq!(radii.len(), nodes.volume(), "a radius for each node");
     let steps = Steps::between_ends(nodes, edges, ends.axis());

@@ -31,9 +31,9 @@ impl<'a> Steps<'a> {
     /// Creates the steps; with [`BoundaryCondition::Periodic`] a step over one face of the raster enters at the opposite one.
     ///
     /// # Panics
-    /// If the raster has 2³¹ nodes or more.
+    /// If the raster has 2³² nodes or more.
     pub fn new(nodes: &'a NodeSet, edges: BoundaryCondition) -> Steps<'a> {
-        assert!(nodes.volume() < 1 << 31, "{} nodes; fewer than 2³¹ are possible", nodes.volume());
+        assert!(u32::try_from(nodes.volume()).is_ok(), "{} nodes; fewer than 2³² are possible", nodes.volume());
         Steps { nodes, size: nodes.size(), wraps: [edges == BoundaryCondition::Periodic; 3] }
     }
 
@@ -144,7 +144,14 @@ impl Row<'_> {
     #[inline]
     pub fn number(&self, x: usize, bit: u32) -> u32 {
         let (_, first) = self.rows[bit as usize / 3].expect("a neighbour in the raster");
-        first + ((x + bit as usize % 3 + self.side - 1) % self.side) as u32
+        // One more than the coordinate.
+        let at = x + bit as usize % 3;
+        let x = match at {
+            0 => self.side - 1,
+            beyond if beyond > self.side => 0,
+            within => within - 1,
+        };
+        first + x as u32
     }
 
     /// Returns nodes x − 1, x and x + 1 of a row, as three bits.

@@ -10,9 +10,9 @@ use crate::cancel::checkpoint;
 use crate::grid::{LatticeBox, LatticeSolid};
 use crate::metrics::nodes::words_between;
 
-/// Most corners of a triangle cut by four planes: seven, or thirteen where rounding has made it non-convex, so that each plane
-/// adds half as many again.
-const CORNERS: usize = 13;
+/// Most corners of a triangle cut by two planes: five, or six where rounding has made it non-convex, so that each plane adds half
+/// as many again.
+const CORNERS: usize = 6;
 
 /// The surface of a solid, prepared for intersection with the cubes of its raster.
 pub(crate) struct SurfaceCubes<'a> {
@@ -66,11 +66,21 @@ impl<'a> SurfaceCubes<'a> {
                 checkpoint();
                 let whole = Polygon::of(triangle.map(|v| self.solid.positions()[v as usize]));
                 for z in (low as usize).max(planes.start)..(high as usize + 1).min(planes.end) {
-                    let in_plane = if low == high { whole } else { raster.cut(&whole, 2, z) };
-                    let [first, last] = raster.cubes(&in_plane, 1);
+                    let clipped;
+                    let in_plane = match low == high {
+                        true => &whole,
+                        false => {
+                            clipped = raster.cut(&whole, 2, z);
+                            &clipped
+                        }
+                    };
+                    let [first, last] = raster.cubes(in_plane, 1);
                     for y in first..=last {
-                        let in_row = if first == last { in_plane } else { raster.cut(&in_plane, 1, y as usize) };
-                        set(z, y as usize, raster.cubes(&in_row, 0));
+                        let cubes = match first == last {
+                            true => raster.cubes(in_plane, 0),
+                            false => raster.cubes_in_row(in_plane, y as usize),
+                        };
+                        set(z, y as usize, cubes);
                     }
                 }
             });
@@ -133,26 +143,62 @@ impl Raster {
 
     /// Returns the first and the last cube along an axis that a polygon meets; an empty range for an empty polygon.
     fn cubes(&self, polygon: &Polygon, axis: usize) -> [u32; 2] {
+        let corners = polygon.corners().iter().map(|corner| corner[axis]);
+        self.between(corners.fold(NOTHING, extended), axis)
+    }
+
+    /// Returns the first and the last cube along x that the part of a polygon in a row of cubes along x meets, the row's coordinate
+    /// along y given; an empty range if there is no such part.
+    fn cubes_in_row(&self, polygon: &Polygon, row: usize) -> [u32; 2] {
+        let [low, high] = self.layer(row);
         let corners = polygon.corners();
-        if corners.is_empty() {
+        let mut extent = NOTHING;
+        for (at, &[x, y, _]) in corners.iter().enumerate() {
+            let [next_x, next_y, _] = corners[(at + 1) % corners.len()];
+            if low <= y && y <= high {
+                extent = extended(extent, x);
+            }
+            for side in [low, high] {
+                if (y < side) != (next_y < side) {
+                    extent = extended(extent, x + (side - y) / (next_y - y) * (next_x - x));
+                }
+            }
+        }
+        self.between(extent, 0)
+    }
+
+    /// Returns the first and the last cube along an axis that an interval meets, and the margin around it.
+    fn between(&self, [least, most]: [f64; 2], axis: usize) -> [u32; 2] {
+        if least > most {
             return [1, 0];
         }
-        let least = corners.iter().map(|corner| corner[axis]).fold(f64::INFINITY, f64::min);
-        let most = corners.iter().map(|corner| corner[axis]).fold(f64::NEG_INFINITY, f64::max);
         let cube = |at: f64| (at / self.side) as u32;
         let last = self.size[axis] as u32 - 1;
         [cube((least - f64::from(MARGIN)).max(0.0)).min(last), cube(most + f64::from(MARGIN)).min(last)]
     }
 
+    /// Returns the lower and the upper side of a layer of cubes with the margin around it.
+    fn layer(&self, layer: usize) -> [f64; 2] {
+        let low = layer as f64 * self.side;
+        [low - f64::from(MARGIN), low + self.side + f64::from(MARGIN)]
+    }
+
     /// Clips a polygon to a layer of cubes across an axis.
     fn cut(&self, polygon: &Polygon, axis: usize, layer: usize) -> Polygon {
-        let low = layer as f64 * self.side;
-        polygon.above(axis, low - f64::from(MARGIN), 1.0).above(axis, low + self.side + f64::from(MARGIN), -1.0)
+        let [low, high] = self.layer(layer);
+        polygon.above(axis, low, 1.0).above(axis, high, -1.0)
     }
 }
 
+/// The extent of no point: its lower end is above its upper one.
+const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
+
+/// Extends an interval to a point.
+fn extended([least, most]: [f64; 2], point: f64) -> [f64; 2] {
+    [least.min(point), most.max(point)]
+}
+
 /// A convex polygon, in lattice positions.
-#[derive(Clone, Copy)]
 struct Polygon {
     corners: [[f64; 3]; CORNERS],
     count: usize,

@@ -139,8 +139,8 @@ impl DistanceField {
 
     /// Returns a number that only nodes with one and the same site share; `None` where sites repeat or the site is a wall's.
     #[inline]
-    pub(super) fn site_number(&self, [x, y, z]: [usize; 3]) -> Option<u32> {
-        let site = self.sites[(z * self.size[1] + y) * self.size[0] + x];
+    pub(super) fn site_number(&self, index: usize) -> Option<u32> {
+        let site = self.sites[index];
         (site < WALLS && self.edges != BoundaryCondition::Periodic).then_some(site)
     }
 

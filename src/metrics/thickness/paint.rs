@@ -28,8 +28,13 @@ const MARGIN: f32 = 0.25;
 pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
     assert_eq!(balls.len(), sizes.len(), "a size for each ball");
     let raster @ [columns, rows, planes] = nodes.size();
-    let order = thin_out(balls, sizes, raster, edges);
-    let by_plane = ByPlane::of(&order, balls, planes, edges);
+    // Side by side in memory in the order of painting.
+    let balls: Vec<(Ball, f32)> = thin_out(balls, sizes, raster, edges)
+        .into_par_iter()
+        .with_min_len(1 << 12)
+        .map(|index| (balls[index as usize], sizes[index as usize]))
+        .collect();
+    let by_plane = ByPlane::of(&balls, planes, edges);
     let mut map = vec![0.0; nodes.volume()];
     map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
         checkpoint();
@@ -38,7 +43,8 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
             if canvas.unpainted == 0 {
                 break;
             }
-            canvas.paint(&balls[index as usize], sizes[index as usize], plane);
+            let (ball, size) = &balls[index as usize];
+            canvas.paint(ball, *size, plane);
         }
         canvas.mark_unpainted(plane);
     });
@@ -46,31 +52,33 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
     map
 }
 
-/// For each plane the balls that meet it, those of the largest size first.
+/// For each plane the balls that meet it, in their order.
 struct ByPlane {
     starts: Vec<usize>,
     balls: Vec<u32>,
 }
 
 impl ByPlane {
-    fn of(order: &[u32], balls: &[Ball], planes: usize, edges: BoundaryCondition) -> ByPlane {
-        let met = |index: u32| {
-            let ball = &balls[index as usize];
-            let (low, high) =
-                ((ball.centre[2] - ball.radius).ceil() as i64, (ball.centre[2] + ball.radius).floor() as i64);
+    fn of(balls: &[(Ball, f32)], planes: usize, edges: BoundaryCondition) -> ByPlane {
+        let depth = planes as i64;
+        let met = |(ball, _): &(Ball, f32)| {
+            let (low, high) = (ceil(ball.centre[2] - ball.radius), floor(ball.centre[2] + ball.radius));
             let [low, high] = match edges {
-                BoundaryCondition::Periodic => [low, high.min(low + planes as i64 - 1)],
-                BoundaryCondition::Clip | BoundaryCondition::Border => [low.max(0), high.min(planes as i64 - 1)],
+                BoundaryCondition::Periodic => [low, high.min(low + depth - 1)],
+                BoundaryCondition::Clip | BoundaryCondition::Border => [low.max(0), high.min(depth - 1)],
             };
-            (low..=high).map(move |z| z.rem_euclid(planes as i64) as usize)
+            (low..=high).map(move |z| match z {
+                within if (0..depth).contains(&within) => within as usize,
+                beyond => beyond.rem_euclid(depth) as usize,
+            })
         };
         let mut starts = vec![0; planes + 1];
-        order.iter().flat_map(|&index| met(index)).for_each(|z| starts[z + 1] += 1);
+        balls.iter().flat_map(met).for_each(|z| starts[z + 1] += 1);
         (0..planes).for_each(|z| starts[z + 1] += starts[z]);
         let mut next = starts.clone();
         let mut list = vec![0; starts[planes]];
-        for &index in order {
-            for z in met(index) {
+        for (index, ball) in (0u32..).zip(balls) {
+            for z in met(ball) {
                 list[next[z]] = index;
                 next[z] += 1;
             }
@@ -114,8 +122,8 @@ impl Canvas {
             BoundaryCondition::Periodic => {
                 // Once for each repetition of the plane within the ball.
                 let depth = self.size[2] as f32;
-                let first = ((z - radius - self.z as f32) / depth).ceil() as i64;
-                let last = ((z + radius - self.z as f32) / depth).floor() as i64;
+                let first = ceil((z - radius - self.z as f32) / depth);
+                let last = floor((z + radius - self.z as f32) / depth);
                 for repetition in first..=last {
                     let off = self.z as f32 + repetition as f32 * depth - z;
                     self.paint_disc([x, y], squared - off * off, size, plane);
@@ -135,7 +143,7 @@ impl Canvas {
         let radius = squared.sqrt();
         let repeats = self.edges == BoundaryCondition::Periodic;
         let rows = self.size[1] as i64;
-        let (mut low, mut high) = ((y - radius).ceil() as i64, (y + radius).floor() as i64);
+        let (mut low, mut high) = (ceil(y - radius), floor(y + radius));
         if !repeats {
             (low, high) = (low.max(0), high.min(rows - 1));
         }
@@ -146,7 +154,7 @@ impl Canvas {
             }
             let off = at as f32 - y;
             let half = (squared - off * off).max(0.0).sqrt();
-            let (first, last) = ((x - half).ceil() as i64, (x + half).floor() as i64);
+            let (first, last) = (ceil(x - half), floor(x + half));
             let columns = self.size[0] as i64;
             if !repeats {
                 self.paint_span(row, first.max(0), last.min(columns - 1), size, plane);
@@ -189,6 +197,19 @@ impl Canvas {
             ones(bits).for_each(|x| plane[row * self.size[0] + x] = UNPAINTED);
         }
     }
+}
+
+/// Rounds a coordinate down. Processors without an instruction for it, such as the oldest of x86-64, would call a function.
+#[inline]
+fn floor(at: f32) -> i64 {
+    let toward_0 = at as i32;
+    i64::from(toward_0) - i64::from(toward_0 as f32 > at)
+}
+
+/// Rounds a coordinate up.
+#[inline]
+fn ceil(at: f32) -> i64 {
+    -floor(-at)
 }
 
 /// Assigns to uncovered nodes the greatest value of their neighbours, until no more have a neighbour with a value.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::Ball;
 use crate::bits::ones;
 use crate::cancel::checkpoint;
+use crate::metrics::access::steps::{self, Row, Steps, bits};
 use crate::metrics::distance::DistanceField;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
@@ -36,9 +37,8 @@ const STEPS: usize = 16;
 /// A node and its neighbours.
 const NEIGHBOURHOOD: usize = 27;
 
-/// Points that are compared at once, and the number of times for a neighbourhood.
+/// Balls that are searched at once, side by side.
 const LANES: usize = 8;
-const GROUPS: usize = NEIGHBOURHOOD.div_ceil(LANES);
 
 /// Farthest node along an axis that decides on a ball, in pitches: the last of the far steps.
 const FARTHEST: usize = 3;
@@ -89,13 +89,30 @@ impl<'a> Near<'a> {
     /// Returns the balls of the nodes of a part of the phase.
     fn balls(self, part: &NodeSet) -> Vec<Ball> {
         let [_, rows, planes] = self.field.size();
-        let of_row = |row: usize| {
+        let (steps, climb) = (Steps::new(self.nodes, self.field.edges()), way_to_climb());
+        let of_row = |nodes: &mut Vec<([usize; 3], [f32; 3])>, row: usize| {
             checkpoint();
             let (y, z) = (row % rows, row / rows);
-            let nodes = ones(part.row(y, z)).map(move |x| [x, y, z]);
-            nodes.filter(move |&node| self.is_ridge(node)).map(move |node| self.ball(node))
+            // All sites before any decision: they lie far apart in memory.
+            nodes.clear();
+            nodes.extend(ones(part.row(y, z)).filter_map(|x| Some(([x, y, z], self.field.site_of([x, y, z])?))));
+            nodes.retain(|&(node, site)| self.is_ridge(node, site));
+            let around = steps.row(y, z);
+            let mut balls = Vec::with_capacity(nodes.len());
+            for some in nodes.chunks(LANES) {
+                let mut sites = Sites::default();
+                for (lane, &(node, _)) in some.iter().enumerate() {
+                    self.add_sites_nearby(node, &around, lane, &mut sites);
+                }
+                let Top { offset, squared } = climb(&sites);
+                balls.extend(some.iter().enumerate().map(|(lane, &(node, _))| {
+                    let centre = [0, 1, 2].map(|axis| node[axis] as f32 + offset[axis][lane]);
+                    Ball { centre, radius: squared[lane].sqrt(), node: self.index(node) as u32 }
+                }));
+            }
+            balls
         };
-        (0..rows * planes).into_par_iter().with_min_len(16).flat_map_iter(of_row).collect()
+        (0..rows * planes).into_par_iter().with_min_len(16).map_init(Vec::new, of_row).flatten_iter().collect()
     }
 
     #[inline]
@@ -121,8 +138,7 @@ impl<'a> Near<'a> {
     }
 
     /// Returns whether the distance does not continue to grow away from the surface.
-    fn is_ridge(&self, node: [usize; 3]) -> bool {
-        let Some(site) = self.field.site_of(node) else { return false };
+    fn is_ridge(&self, node: [usize; 3], site: [f32; 3]) -> bool {
         let distance = self.field.values()[self.index(node)];
         if distance == 0.0 {
             return false;
@@ -173,96 +189,211 @@ impl<'a> Near<'a> {
         })
     }
 
-    /// Returns the largest ball around a point in the cell of a node, by the sites nearby.
-    fn ball(&self, node: [usize; 3]) -> Ball {
-        let sites = self.sites_nearby(node);
-        let (mut best, mut centre) = ([0.0; 3], [0.0; 3]);
-        let mut most = -1.0;
-        let mut step = STEP;
-        for _ in 0..STEPS {
-            let (squared, nearest) = sites.nearest(centre);
-            if squared > most {
-                (most, best) = (squared, centre);
-            }
-            let distance = squared.sqrt().max(f32::MIN_POSITIVE);
-            for axis in 0..3 {
-                let away = (centre[axis] - nearest[axis]) / distance;
-                centre[axis] = (centre[axis] + step * away).clamp(-REACH, REACH);
-            }
-            step *= SHRINK;
-        }
-        let centre = [0, 1, 2].map(|axis| node[axis] as f32 + best[axis]);
-        Ball { centre, radius: most.sqrt(), node: self.index(node) as u32 }
-    }
-
-    /// Returns the sites of a node and its neighbours in the phase, relative to the node.
-    fn sites_nearby(&self, node: [usize; 3]) -> Sites {
-        let mut sites = Sites { groups: [[[FAR; LANES]; GROUPS]; 3], count: 0 };
+    /// Adds to a lane the sites of a node and its neighbours in the phase, relative to the node. `around` is the node's row.
+    fn add_sites_nearby(&self, node: [usize; 3], around: &Row, lane: usize, sites: &mut Sites) {
         let mut numbers = [u32::MAX; NEIGHBOURHOOD];
-        for place in 0..NEIGHBOURHOOD {
-            let offset = [place % 3, place / 3 % 3, place / 9].map(|i| i as i32 - 1);
-            let Some(other) = self.neighbour(node, offset).filter(|&other| self.nodes.contains(other)) else {
-                continue;
-            };
+        let repeats = self.field.edges() == BoundaryCondition::Periodic;
+        for bit in bits(around.cube(node[0])) {
+            let place = bit as usize;
+            let by = [place % 3, place / 3 % 3, place / 9];
+            let index = around.number(node[0], bit);
             // Most nodes share their site with the neighbour before them along one of the axes.
-            if let Some(number) = self.field.site_number(other) {
+            if let Some(number) = self.field.site_number(index as usize) {
                 numbers[place] = number;
-                let shares = |step: usize, by: i32| by >= 0 && numbers[place - step] == number;
-                if shares(1, offset[0]) || shares(3, offset[1]) || shares(9, offset[2]) {
+                let shares = |step: usize, by: usize| by > 0 && numbers[place - step] == number;
+                if shares(1, by[0]) || shares(3, by[1]) || shares(9, by[2]) {
                     continue;
                 }
             }
+            let other = match repeats {
+                true => steps::place(self.field.size(), index),
+                false => [0, 1, 2].map(|axis| node[axis] + by[axis] - 1),
+            };
             let Some(site) = self.field.site_of(other) else { continue };
-            let mut from_node = [0.0; 3];
-            for axis in 0..3 {
-                from_node[axis] = site[axis] - (other[axis] as f32 - offset[axis] as f32);
-            }
-            sites.add(from_node);
+            sites.add(lane, [0, 1, 2].map(|axis| site[axis] - (other[axis] as f32 - (by[axis] as f32 - 1.0))));
         }
-        sites
     }
 }
 
-/// The coordinate of a lane without a site.
+/// The coordinate of a place without a site.
 const FAR: f32 = 1e18;
 
-/// Points, coordinate by coordinate.
+/// The sites of each lane, relative to its node.
 struct Sites {
-    groups: [[[f32; LANES]; GROUPS]; 3],
-    count: usize,
+    at: [[[f32; LANES]; 3]; NEIGHBOURHOOD],
+    counts: [usize; LANES],
+}
+
+impl Default for Sites {
+    fn default() -> Sites {
+        Sites { at: [[[FAR; LANES]; 3]; NEIGHBOURHOOD], counts: [0; LANES] }
+    }
 }
 
 impl Sites {
-    fn add(&mut self, site: [f32; 3]) {
-        for (groups, coordinate) in self.groups.iter_mut().zip(site) {
-            groups[self.count / LANES][self.count % LANES] = coordinate;
+    fn add(&mut self, lane: usize, site: [f32; 3]) {
+        for (coordinates, coordinate) in self.at[self.counts[lane]].iter_mut().zip(site) {
+            coordinates[lane] = coordinate;
         }
-        self.count += 1;
+        self.counts[lane] += 1;
     }
 
-    /// Returns the square of the distance to the nearest point, and the first point at that distance.
-    #[inline]
-    fn nearest(&self, from: [f32; 3]) -> (f32, [f32; 3]) {
-        let [xs, ys, zs] = &self.groups;
-        let mut squares = [[0.0; LANES]; GROUPS];
-        let mut least_of_lanes = [f32::INFINITY; LANES];
-        for group in 0..self.count.div_ceil(LANES).min(GROUPS) {
+    /// Returns the places that some lane uses.
+    fn used(&self) -> &[[[f32; LANES]; 3]] {
+        &self.at[..self.counts.into_iter().max().unwrap_or(0)]
+    }
+}
+
+/// The points of cells that are farthest from their sites, relative to the node, and the squares of their distances.
+#[cfg_attr(test, derive(Debug, PartialEq))]
+struct Top {
+    offset: [[f32; LANES]; 3],
+    squared: [f32; LANES],
+}
+
+/// Finds the centre of a ball in each lane.
+type Climb = fn(&Sites) -> Top;
+
+/// Returns the fastest way of this processor. Each has the same bits.
+fn way_to_climb() -> Climb {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has AVX2.
+        return |sites| unsafe { climb_avx2(sites) };
+    }
+    climb
+}
+
+/// See [`Climb`]. From the node on, each step leads away from the site that is nearest, and none out of the cell.
+fn climb(sites: &Sites) -> Top {
+    let mut centre = [[0.0; LANES]; 3];
+    let mut top = Top { offset: centre, squared: [-1.0; LANES] };
+    let mut step = STEP;
+    for _ in 0..STEPS {
+        let (mut squared, mut nearest) = ([f32::INFINITY; LANES], centre);
+        for site in sites.used() {
+            let square = lanes(|lane| {
+                let [x, y, z] = [0, 1, 2].map(|axis| site[axis][lane] - centre[axis][lane]);
+                x * x + y * y + z * z
+            });
+            let is_nearer = lanes(|lane| square[lane] < squared[lane]);
+            squared = chosen(is_nearer, square, squared);
+            nearest = [0, 1, 2].map(|axis| chosen(is_nearer, site[axis], nearest[axis]));
+        }
+        let is_higher = lanes(|lane| squared[lane] > top.squared[lane]);
+        top.squared = chosen(is_higher, squared, top.squared);
+        top.offset = [0, 1, 2].map(|axis| chosen(is_higher, centre[axis], top.offset[axis]));
+        let distance = lanes(|lane| squared[lane].sqrt().max(f32::MIN_POSITIVE));
+        centre = [0, 1, 2].map(|axis| {
+            let (from, to) = (centre[axis], nearest[axis]);
+            lanes(|lane| (from[lane] + step * ((from[lane] - to[lane]) / distance[lane])).clamp(-REACH, REACH))
+        });
+        step *= SHRINK;
+    }
+    top
+}
+
+fn lanes<T>(of_lane: impl FnMut(usize) -> T) -> [T; LANES] {
+    std::array::from_fn(of_lane)
+}
+
+/// Chooses the first value where a condition holds, without a branch in any lane.
+#[inline]
+fn chosen(condition: [bool; LANES], first: [f32; LANES], second: [f32; LANES]) -> [f32; LANES] {
+    lanes(|lane| {
+        let mask = u32::from(condition[lane]).wrapping_neg();
+        f32::from_bits(first[lane].to_bits() & mask | second[lane].to_bits() & !mask)
+    })
+}
+
+/// See [`climb`], of which this is a copy: compilers make branches of it.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn climb_avx2(sites: &Sites) -> Top {
+    use std::arch::x86_64::*;
+    let mut centre = [_mm256_setzero_ps(); 3];
+    let (mut best, mut most) = (centre, _mm256_set1_ps(-1.0));
+    let mut step = STEP;
+    for _ in 0..STEPS {
+        let (mut squared, mut nearest) = (_mm256_set1_ps(f32::INFINITY), centre);
+        for &site in sites.used() {
+            let site: [__m256; 3] = bytemuck::cast(site);
+            let [x, y, z] = [0, 1, 2].map(|axis| {
+                let away = _mm256_sub_ps(site[axis], centre[axis]);
+                _mm256_mul_ps(away, away)
+            });
+            let square = _mm256_add_ps(_mm256_add_ps(x, y), z);
+            let is_nearer = _mm256_cmp_ps::<_CMP_LT_OQ>(square, squared);
+            squared = _mm256_min_ps(square, squared);
+            nearest = [0, 1, 2].map(|axis| _mm256_blendv_ps(nearest[axis], site[axis], is_nearer));
+        }
+        let is_higher = _mm256_cmp_ps::<_CMP_GT_OQ>(squared, most);
+        most = _mm256_max_ps(squared, most);
+        best = [0, 1, 2].map(|axis| _mm256_blendv_ps(best[axis], centre[axis], is_higher));
+        let distance = _mm256_max_ps(_mm256_sqrt_ps(squared), _mm256_set1_ps(f32::MIN_POSITIVE));
+        centre = [0, 1, 2].map(|axis| {
+            let direction = _mm256_div_ps(_mm256_sub_ps(centre[axis], nearest[axis]), distance);
+            let to = _mm256_add_ps(centre[axis], _mm256_mul_ps(_mm256_set1_ps(step), direction));
+            _mm256_max_ps(_mm256_min_ps(to, _mm256_set1_ps(REACH)), _mm256_set1_ps(-REACH))
+        });
+        step *= SHRINK;
+    }
+    Top { offset: bytemuck::cast(best), squared: bytemuck::cast(most) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::random::Random;
+
+    #[test]
+    fn balls_side_by_side_are_those_found_one_after_another() {
+        let mut random = Random::new(23);
+        for case in 0..200 {
+            let mut sites = Sites::default();
+            let mut of_lanes = Vec::new();
             for lane in 0..LANES {
-                let (x, y, z) = (xs[group][lane] - from[0], ys[group][lane] - from[1], zs[group][lane] - from[2]);
-                let square = x * x + y * y + z * z;
-                squares[group][lane] = square;
-                least_of_lanes[lane] = if square < least_of_lanes[lane] { square } else { least_of_lanes[lane] };
+                let count = 1 + random.below(if case % 2 == 0 { NEIGHBOURHOOD } else { 3 });
+                // Halves make ties.
+                let coordinate = |random: &mut Random| (8.0 * (random.share() - 0.5)).round() as f32 / 2.0;
+                let own: Vec<[f32; 3]> = (0..count).map(|_| [0; 3].map(|_| coordinate(&mut random))).collect();
+                own.iter().for_each(|&site| sites.add(lane, site));
+                of_lanes.push(own);
+            }
+            let found = climb(&sites);
+            assert_eq!(found, way_to_climb()(&sites), "case {case}");
+            for (lane, own) in of_lanes.iter().enumerate() {
+                let (offset, squared) = alone(own);
+                assert_eq!(
+                    (found.offset.map(|axis| axis[lane]), found.squared[lane]),
+                    (offset, squared),
+                    "case {case}"
+                );
             }
         }
-        let mut least = f32::INFINITY;
-        for square in least_of_lanes {
-            least = if square < least { square } else { least };
+    }
+
+    /// Finds the centre of one ball, as the documentation of [`largest_balls`] describes it.
+    fn alone(sites: &[[f32; 3]]) -> ([f32; 3], f32) {
+        let (mut centre, mut step) = ([0.0f32; 3], STEP);
+        let (mut best, mut most) = (centre, -1.0);
+        for _ in 0..STEPS {
+            let square = |site: &[f32; 3]| {
+                let away = [0, 1, 2].map(|axis| site[axis] - centre[axis]);
+                away[0] * away[0] + away[1] * away[1] + away[2] * away[2]
+            };
+            let nearest =
+                sites.iter().rev().min_by(|a, b| square(a).total_cmp(&square(b)).then(std::cmp::Ordering::Greater));
+            let nearest = *nearest.expect("a site");
+            let squared = square(&nearest);
+            if squared > most {
+                (best, most) = (centre, squared);
+            }
+            let distance = squared.sqrt().max(f32::MIN_POSITIVE);
+            centre = [0, 1, 2]
+                .map(|axis| (centre[axis] + step * ((centre[axis] - nearest[axis]) / distance)).clamp(-REACH, REACH));
+            step *= SHRINK;
         }
-        let mut nearest = 0;
-        for (at, &square) in squares.as_flattened()[..self.count].iter().enumerate().rev() {
-            nearest = if square == least { at } else { nearest };
-        }
-        let (group, lane) = (nearest / LANES, nearest % LANES);
-        (least, [xs[group][lane], ys[group][lane], zs[group][lane]])
+        (best, most)
     }
 }
