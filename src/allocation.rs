@@ -8,6 +8,7 @@ use std::cell::Cell;
 use std::collections::TryReserveError;
 
 use bytemuck::Zeroable;
+use rayon::prelude::*;
 
 /// Smallest array for large pages, in bytes; smaller ones have too few pages to matter.
 #[cfg(target_os = "linux")]
@@ -38,6 +39,16 @@ pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
     advise_huge_pages(&vec);
     vec
 }
+
+/// Returns `count` equal values. All threads touch them first, as that takes longer than to write them.
+pub fn filled<T: Zeroable + Copy + Send + Sync>(count: usize, value: T) -> Vec<T> {
+    let mut vec = zeroed(count);
+    vec.par_chunks_mut(CHUNK).for_each(|chunk| chunk.fill(value));
+    vec
+}
+
+/// Values that a task fills.
+const CHUNK: usize = 1 << 18;
 
 thread_local! {
     static IS_HANDLED: Cell<bool> = const { Cell::new(false) };
@@ -85,6 +96,7 @@ mod tests {
             assert!(vec.is_empty() && vec.capacity() >= count);
             vec.resize(count, [1.0; 3]);
             assert!(vec.iter().all(|value| *value == [1.0; 3]));
+            assert_eq!(filled(count, [1.0; 3]), vec);
         }
     }
 }

@@ -48,16 +48,20 @@ impl Distribution {
     pub(super) fn gather(length: usize, at: impl Fn(usize) -> (f64, f64) + Sync) -> Option<Distribution> {
         let chunks = || (0..length.div_ceil(CHUNK)).into_par_iter().map(|c| c * CHUNK..length.min((c + 1) * CHUNK));
         let counted = |range: std::ops::Range<usize>| range.map(&at).filter(|&(_, weight)| weight > 0.0);
-        let sums: Vec<[f64; 5]> = chunks()
+        let sums: Vec<[f64; 6]> = chunks()
             .map(|range| {
-                counted(range).fold([0.0, 0.0, 0.0, f64::INFINITY, 0.0], |[n, w, wv, min, max], (value, weight)| {
-                    [n + 1.0, w + weight, wv + weight * value, min.min(value), max.max(value)]
-                })
+                counted(range).fold(
+                    [0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0],
+                    |[n, w, wv, min, max, odd], (value, weight)| {
+                        let odd = odd + f64::from(u8::from(weight != 1.0));
+                        [n + 1.0, w + weight, wv + weight * value, min.min(value), max.max(value), odd]
+                    },
+                )
             })
             .collect();
-        let [count, weight, moment, min, max] =
-            sums.into_iter().fold([0.0, 0.0, 0.0, f64::INFINITY, 0.0], |[n, w, wv, min, max], s| {
-                [n + s[0], w + s[1], wv + s[2], f64::min(min, s[3]), f64::max(max, s[4])]
+        let [count, weight, moment, min, max, odd] =
+            sums.into_iter().fold([0.0, 0.0, 0.0, f64::INFINITY, 0.0, 0.0], |[n, w, wv, min, max, odd], s| {
+                [n + s[0], w + s[1], wv + s[2], f64::min(min, s[3]), f64::max(max, s[4]), odd + s[5]]
             });
         if weight <= 0.0 {
             return None;
@@ -66,12 +70,19 @@ impl Distribution {
         let spread: Vec<f64> =
             chunks().map(|range| counted(range).map(|(value, weight)| weight * (value - mean).powi(2)).sum()).collect();
         let deviation = (spread.iter().sum::<f64>() / weight).sqrt();
-        // One task after another: bins of f64 are added to in the order of the values.
         let scale = if max > 0.0 { BINS as f64 / max } else { 0.0 };
-        let mut bins = vec![0.0; BINS];
-        for (value, weight) in (0..length).map(&at).filter(|&(_, weight)| weight > 0.0) {
-            bins[((value * scale) as usize).min(BINS - 1)] += weight;
-        }
+        let fill = |mut bins: Vec<f64>, range: std::ops::Range<usize>| {
+            for (value, weight) in counted(range) {
+                bins[((value * scale) as usize).min(BINS - 1)] += weight;
+            }
+            bins
+        };
+        let none = || vec![0.0; BINS];
+        let bins = match odd == 0.0 {
+            // Weights of 1 add up to the same in any order.
+            true => chunks().fold(none, fill).reduce(none, |a, b| a.iter().zip(b).map(|(a, b)| a + b).collect()),
+            false => fill(none(), 0..length),
+        };
         Some(Distribution { count: count as u64, weight, mean, deviation, min, max, bins })
     }
 

@@ -30,6 +30,9 @@ const BASIN: u32 = 1 << 31;
 /// end.
 const BEFORE: Cube = (1 << MIDDLE) - 1;
 
+/// Pairs of basins whose last pass is remembered.
+const RECENT: usize = 1 << 10;
+
 /// Number of steps between basins after which all but the widest of each pair are dropped.
 const WAITING: usize = 1 << 16;
 
@@ -164,8 +167,10 @@ impl<'a> Basins<'a> {
     }
 
     fn passes_of_plane(&self, height: usize, z: usize) -> Vec<Pass> {
-        let mut passes = Vec::new();
+        let mut passes: Vec<Pass> = Vec::new();
         let mut limit = WAITING;
+        // The last pass between some of the pairs: neighbouring nodes mostly lead over the same.
+        let mut last = [u32::MAX; RECENT];
         for y in 0..height {
             let row = self.steps.row(y, z);
             for x in self.steps.members(y, z) {
@@ -175,7 +180,15 @@ impl<'a> Basins<'a> {
                     let beyond = self.of(other);
                     if beyond != basin {
                         let between = [basin.min(beyond), basin.max(beyond)];
-                        passes.push(Pass { between, room: self.room(own).min(self.room(other)) });
+                        let room = self.room(own).min(self.room(other));
+                        let last = &mut last[(between[0].wrapping_mul(31) ^ between[1]) as usize % RECENT];
+                        match passes.get_mut(*last as usize).filter(|pass| pass.between == between) {
+                            Some(pass) => pass.room = pass.room.max(room),
+                            None => {
+                                *last = passes.len() as u32;
+                                passes.push(Pass { between, room });
+                            }
+                        }
                     }
                 }
             }

@@ -28,7 +28,7 @@ use envelope::{Nearest, along};
 use lines::{Block, LANES, Lines};
 
 use super::{BoundaryCondition, NodeSet};
-use crate::allocation::vec_with_room;
+use crate::allocation::filled;
 use crate::cancel::checkpoint;
 use crate::grid::Axis;
 
@@ -74,10 +74,7 @@ impl DistanceField {
         assert!(counts.iter().sum::<u64>() < u64::from(WALLS), "fewer crossings than indices of 32 bits");
         let firsts = [counts[0] as u32, (counts[0] + counts[1]) as u32];
         let nodes = size.iter().product();
-        let mut values = vec_with_room(nodes);
-        values.resize(nodes, f32::INFINITY);
-        let mut sites = vec_with_room(nodes);
-        sites.resize(nodes, u32::MAX);
+        let (mut values, mut sites) = (filled(nodes, f32::INFINITY), filled(nodes, u32::MAX));
         let transform = Transform { crossings, size, repeats: edges == BoundaryCondition::Periodic, firsts };
         if nodes > 0 {
             transform.across_x_and_y(&mut values, &mut sites);

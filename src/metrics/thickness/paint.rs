@@ -6,6 +6,7 @@ use super::Ball;
 use super::thin::{moved, thin_out};
 use crate::bits::{Ones, ones};
 use crate::cancel::checkpoint;
+use crate::metrics::nodes::words_between;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// The value of a node that no ball covers.
@@ -147,9 +148,10 @@ impl Canvas {
         if !repeats {
             (low, high) = (low.max(0), high.min(rows - 1));
         }
+        let columns = [ceil(x - radius), floor(x + radius)];
         for at in low..=high {
             let row = if (0..rows).contains(&at) { at as usize } else { at.rem_euclid(rows) as usize };
-            if self.of_rows[row] == 0 {
+            if self.of_rows[row] == 0 || self.is_painted(row, columns) {
                 continue;
             }
             let off = at as f32 - y;
@@ -169,18 +171,28 @@ impl Canvas {
         }
     }
 
+    /// Returns whether all nodes of a row in some columns of the raster are known to be painted: most are, where balls overlap.
+    #[inline]
+    fn is_painted(&self, row: usize, [first, last]: [i64; 2]) -> bool {
+        let last_column = self.size[0] as i64 - 1;
+        if self.edges == BoundaryCondition::Periodic && (first < 0 || last > last_column) {
+            return false;
+        }
+        let (first, last) = (first.max(0), last.min(last_column));
+        last < first
+            || words_between(first as usize, last as usize)
+                .all(|(word, mask)| self.bits[row * self.words + word] & mask == 0)
+    }
+
     /// Paints the unpainted nodes from `first` to `last`; none if `last` comes before `first`.
     #[inline]
     fn paint_span(&mut self, row: usize, first: i64, last: i64, size: f32, plane: &mut [f32]) {
         if last < first {
             return;
         }
-        let (first, last) = (first as usize, last as usize);
-        for word in first / 64..=last / 64 {
-            let from = if word == first / 64 { u64::MAX << (first % 64) } else { u64::MAX };
-            let to = if word == last / 64 { u64::MAX >> (63 - last % 64) } else { u64::MAX };
+        for (word, mask) in words_between(first as usize, last as usize) {
             let bits = &mut self.bits[row * self.words + word];
-            let found = *bits & from & to;
+            let found = *bits & mask;
             if found == 0 {
                 continue;
             }

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rayon::prelude::*;
 
 use super::Ball;
-use crate::allocation::vec_with_room;
+use crate::allocation::filled;
 use crate::metrics::BoundaryCondition;
 
 /// Greatest difference in radius, in pitches, between a dropped ball and the one that covers it; for sizes, twice that.
@@ -29,9 +29,7 @@ pub(super) fn thin_out(balls: &[Ball], sizes: &[f32], raster: [usize; 3], edges:
     };
     let mut order: Vec<_> = balls.par_iter().zip(sizes).enumerate().with_min_len(1 << 12).map(entry).collect();
     order.par_sort_unstable();
-    let cells = raster.iter().product();
-    let mut kept_near = vec_with_room(cells);
-    kept_near.resize(cells, NONE);
+    let mut kept_near = filled(raster.iter().product(), NONE);
     let mut kept: Vec<u32> = Vec::new();
     let mut lengths: Vec<[f32; 2]> = Vec::new();
     for (Reverse(bits), node, index) in order {

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::TortuosityError;
-use crate::allocation::vec_with_room;
+use crate::allocation::filled;
 use crate::cancel::checkpoint;
 use crate::grid::Axis;
 use crate::metrics::access::steps::{MIDDLE, Steps, bits};
@@ -31,7 +31,7 @@ pub fn geodesic(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> Result
         return Err(TortuosityError::TooThin { axis, nodes: side, least: 2 });
     }
     let lengths = Front::new(nodes, axis, edges).march();
-    let last = plane(nodes.size(), axis, side - 1).map(|node| lengths[index(nodes.size(), node)]);
+    let last = plane(nodes.size(), axis, side - 1).map(|node| lengths[index(nodes.size(), node)].abs());
     let (sum, count) = last
         .filter(|length| length.is_finite())
         .fold((0.0, 0u64), |(sum, count), length| (sum + f64::from(length), count + 1));
@@ -53,25 +53,50 @@ fn index(size: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
     (z * size[1] + y) * size[0] + x
 }
 
-/// A priority queue of nodes by length, the shortest first. Lengths are not negative, so their bits are in their order.
-struct Waiting(BinaryHeap<Reverse<u64>>);
+/// Slots of the queue in a pitch.
+const SLOTS_IN_PITCH: f32 = 16.0;
+
+/// Slots of the queue: those of two pitches, as no step is longer than the diagonal of a cell.
+const SLOTS: usize = 32;
+
+/// A priority queue of nodes by length, the shortest first; no node is nearer than the one that was popped last. Lengths are not
+/// negative, so their bits are in their order. Only the nodes of the nearest slot are kept in order.
+struct Waiting {
+    /// The slot of the nearest nodes, of 1/16 of a pitch, counted from length 0.
+    slot: usize,
+    nearest: BinaryHeap<Reverse<u64>>,
+    slots: [Vec<Reverse<u64>>; SLOTS],
+}
 
 impl Waiting {
+    fn new() -> Waiting {
+        Waiting { slot: 0, nearest: BinaryHeap::new(), slots: std::array::from_fn(|_| Vec::new()) }
+    }
+
     fn push(&mut self, length: f32, node: u32) {
-        self.0.push(Reverse(u64::from(length.to_bits()) << 32 | u64::from(node)));
+        let entry = Reverse(u64::from(length.to_bits()) << 32 | u64::from(node));
+        match (length * SLOTS_IN_PITCH) as usize {
+            slot if slot == self.slot => self.nearest.push(entry),
+            slot => self.slots[slot % SLOTS].push(entry),
+        }
     }
 
     fn pop(&mut self) -> Option<(f32, u32)> {
-        self.0.pop().map(|Reverse(entry)| (f32::from_bits((entry >> 32) as u32), entry as u32))
+        if self.nearest.is_empty() {
+            self.slot = (self.slot..self.slot + SLOTS).find(|slot| !self.slots[slot % SLOTS].is_empty())?;
+            let sorted = std::mem::take(&mut self.nearest).into_vec();
+            self.nearest = BinaryHeap::from(std::mem::replace(&mut self.slots[self.slot % SLOTS], sorted));
+        }
+        let Reverse(entry) = self.nearest.pop()?;
+        Some((f32::from_bits((entry >> 32) as u32), entry as u32))
     }
 }
 
 /// A front that advances from the first plane.
 struct Front<'a> {
     steps: Steps<'a>,
+    /// The lengths of paths, negative where they are final.
     lengths: Vec<f32>,
-    /// Nodes whose lengths are final.
-    accepted: NodeSet,
     waiting: Waiting,
 }
 
@@ -90,25 +115,23 @@ const STRIDES: [u32; 3] = [1, 3, 9];
 impl<'a> Front<'a> {
     fn new(nodes: &'a NodeSet, axis: Axis, edges: BoundaryCondition) -> Front<'a> {
         let steps = Steps::between_ends(nodes, edges, axis);
-        let mut lengths = vec_with_room(nodes.volume());
-        lengths.resize(nodes.volume(), f32::INFINITY);
-        let mut waiting = Waiting(BinaryHeap::new());
+        let mut lengths = filled(nodes.volume(), f32::INFINITY);
+        let mut waiting = Waiting::new();
         for node in plane(nodes.size(), axis, 0).filter(|&node| nodes.contains(node)) {
             let node = steps.index(node);
             lengths[node as usize] = 0.0;
             waiting.push(0.0, node);
         }
-        Front { steps, lengths, accepted: NodeSet::empty(nodes.size()), waiting }
+        Front { steps, lengths, waiting }
     }
 
-    /// Returns the lengths of the shortest paths to all nodes; infinite where there is none.
+    /// Returns the lengths of the shortest paths to all nodes, as negative numbers; infinite where there is none.
     fn march(mut self) -> Vec<f32> {
         while let Some((length, index)) = self.waiting.pop() {
             checkpoint();
-            let node = self.steps.place(index);
-            if !self.accepted.contains(node) {
-                self.accepted.insert(node);
-                self.pass_on(node, length);
+            if !self.lengths[index as usize].is_sign_negative() {
+                self.lengths[index as usize] = -length;
+                self.pass_on(index, length);
             }
         }
         self.lengths
@@ -117,17 +140,29 @@ impl<'a> Front<'a> {
     /// Updates the neighbours of a node that was just accepted. Of the accepted corners of a tetrahedron the one nearest to its
     /// tip is the last to be accepted where the path comes through the tetrahedron: so here, from the nearest corner, every
     /// tetrahedron is visited once.
-    fn pass_on(&mut self, node: [usize; 3], length: f32) {
+    fn pass_on(&mut self, index: u32, length: f32) {
+        let node = self.steps.place(index);
         let around = self.steps.from(node);
+        let [width, height, depth] = self.steps.size();
+        // No step wraps.
+        let is_amid = (1..width - 1).contains(&node[0])
+            && (1..height - 1).contains(&node[1])
+            && (1..depth - 1).contains(&node[2]);
+        let strides = [1, width, width * height].map(|stride| stride as u32);
+        let first = index.wrapping_sub(strides.iter().sum());
         // The lead of the front at accepted neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
         let mut open = 0u32;
         for bit in bits(around) {
-            let neighbour = self.steps.neighbour(node, bit);
-            others[bit as usize] = self.steps.index(neighbour);
-            if self.accepted.contains(neighbour) {
-                earlier[bit as usize] = length - self.lengths[others[bit as usize] as usize];
+            let other = match is_amid {
+                true => first + bit % 3 * strides[0] + bit / 3 % 3 * strides[1] + bit / 9 * strides[2],
+                false => self.steps.index(self.steps.neighbour(node, bit)),
+            };
+            others[bit as usize] = other;
+            let there = self.lengths[other as usize];
+            if there.is_sign_negative() {
+                earlier[bit as usize] = length + there;
             } else {
                 open |= 1 << bit;
             }

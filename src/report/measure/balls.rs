@@ -8,6 +8,7 @@ use super::growth::Growth;
 use super::plots::{self, Plot};
 use super::record::Record;
 use super::slices::{SliceMaker, position};
+use crate::allocation::zeroed;
 use crate::grid::Axis;
 use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
 use crate::metrics::components::{open_pores, rim};
@@ -57,7 +58,9 @@ impl Inscribed {
     fn of(crossings: &Crossings, edges: BoundaryCondition, phases: &[NodeSet; 2]) -> (Inscribed, DistanceField) {
         let field = DistanceField::of(crossings, edges);
         let balls = phases.each_ref().map(|nodes| largest_balls(&field, nodes));
-        (Inscribed { distances: field.values().to_vec(), balls, edges }, field)
+        // All threads touch the copy first.
+        let distances = field.values().par_iter().with_min_len(1 << 16).copied().collect();
+        (Inscribed { distances, balls, edges }, field)
     }
 
     /// Adds walls to the field that the balls were found in.
@@ -138,7 +141,7 @@ impl Balls {
     pub fn uncut(&self, map: Vec<f32>, edges: BoundaryCondition) -> (Vec<f32>, Option<Vec<f32>>) {
         let free = (edges == BoundaryCondition::Border)
             .then(|| self.thickness_by(&self.free, Phase::Solid))
-            .filter(|free| free.iter().all(|thickness| thickness.is_finite()));
+            .filter(|free| free.par_iter().with_min_len(1 << 14).all(|thickness| thickness.is_finite()));
         (uncut(map, free.as_deref()), free)
     }
 
@@ -192,15 +195,22 @@ fn between_walls(within: &[f32], free: &[f32], study: &Study, axis: Axis) -> Vec
     let [columns, rows, _] = study.solid.size();
     let to_face = |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
     let around = [axis.column(), axis.row()];
-    let radius = |(index, (&within, &free)): (usize, (&f32, &f32))| {
-        let node = [index % columns, index / columns % rows, index / (columns * rows)];
+    let radius = |node: [usize; 3], within: f32, free: f32| {
         if to_face(axis.depth(), node[axis.depth()]) > free {
             return within;
         }
         let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
         within.max(free.min(walls[0]).min(walls[1]))
     };
-    within.par_iter().zip(free).enumerate().with_min_len(1 << 12).map(radius).collect()
+    let mut radii = zeroed(within.len());
+    let of_rows = radii.par_chunks_mut(columns).zip(within.par_chunks(columns).zip(free.par_chunks(columns)));
+    of_rows.enumerate().with_min_len(16).for_each(|(row, (radii, (within, free)))| {
+        let (y, z) = (row % rows, row / rows);
+        for (x, (value, (&within, &free))) in radii.iter_mut().zip(within.iter().zip(free)).enumerate() {
+            *value = radius([x, y, z], within, free);
+        }
+    });
+    radii
 }
 
 /// Records the access from outside; returns the curve and the distribution of sizes.
@@ -361,7 +371,8 @@ pub fn thickness(
         let most = values.quantile(0.99) as f32;
         // In a picture, nodes at a cut by the region appear neither thin nor thicker than the rest.
         let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
-        let shown: Option<Vec<f32>> = free.map(|free| counted.iter().zip(&free).map(shown).collect());
+        let shown: Option<Vec<f32>> =
+            free.map(|free| counted.par_iter().zip(&free).with_min_len(1 << 14).map(shown).collect());
         let shown = shown.as_ref().unwrap_or(&counted);
         slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
         put_thinnest(study, &counted, values.quantile(0.01) * pitch, nodes, record);
@@ -416,9 +427,9 @@ const REPAINTED: f32 = 0.5;
 /// applies to all nodes.
 fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
     let Some(free) = free else { return map };
-    let left: Vec<f32> =
-        map.iter().zip(free).map(|(&within, &free)| if free > within + REPAINTED { 0.0 } else { within }).collect();
-    if left.iter().any(|&thickness| thickness > 0.0) { left } else { map }
+    let left = |(&within, &free): (&f32, &f32)| if free > within + REPAINTED { 0.0 } else { within };
+    let left: Vec<f32> = map.par_iter().zip(free).with_min_len(1 << 14).map(left).collect();
+    if left.par_iter().with_min_len(1 << 14).any(|&thickness| thickness > 0.0) { left } else { map }
 }
 
 /// Records the thinnest wall and a place of that thickness, from the nodes that count.
@@ -426,17 +437,17 @@ fn put_thinnest(study: &Study, map: &[f32], thinnest: f64, nodes: &NodeSet, reco
     let grid = study.region.grid();
     let [columns, rows, _] = study.solid.size();
     let wanted = (thinnest / grid.pitch()) as f32;
-    let nearest = map.iter().enumerate().filter(|&(_, &value)| value > 0.0).min_by(|a, b| {
-        let miss = |value: f32| (value - wanted).abs();
-        miss(*a.1).total_cmp(&miss(*b.1))
-    });
+    let some = map.par_iter().enumerate().with_min_len(1 << 14).filter(|&(_, &value)| value > 0.0);
+    let miss = |value: f32| (value - wanted).abs();
+    // The first of several that are as near.
+    let nearest = some.min_by(|a, b| miss(*a.1).total_cmp(&miss(*b.1)).then(a.0.cmp(&b.0)));
     let entry = record.put(id::WALL_THINNEST, thinnest);
     if let Some((index, _)) = nearest {
         let node = [index % columns, index / columns % rows, index / (columns * rows)];
         let place = DVec3::from_array(Axis::ALL.map(|axis| position(grid, axis, node[axis.depth()])));
         entry.with("for example at", place.to_array().map(number).join(", "));
     }
-    let counted = map.iter().filter(|&&thickness| thickness > 0.0).count();
+    let counted = map.par_iter().with_min_len(1 << 14).filter(|&&thickness| thickness > 0.0).count();
     let left_out = 1.0 - counted as f64 / nodes.count() as f64;
     entry.with("left out, cut by the region", format!("{} %", number((1000.0 * left_out).round() / 10.0)));
     if thinnest < RESOLVED * grid.pitch() {
