@@ -12,6 +12,9 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// The value of a node that no ball covers.
 const UNPAINTED: f32 = -1.0;
 
+/// Balls that are read before they are painted.
+const AT_ONCE: usize = 16;
+
 /// Distance beyond a ball that it also paints, in pitches: more than is lost where balls are dropped, or were not searched
 /// because others extend nearly as far. Otherwise later balls, such as the false ridges of a rough surface, would paint the
 /// crescents in between.
@@ -40,12 +43,14 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
     map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
         checkpoint();
         let mut canvas = Canvas::new(nodes, z, edges);
-        for &index in by_plane.at(z) {
+        for some in by_plane.at(z).chunks(AT_ONCE) {
             if canvas.unpainted == 0 {
                 break;
             }
-            let (ball, size) = &balls[index as usize];
-            canvas.paint(ball, *size, plane);
+            // They lie apart in memory, and are read without waiting for one another.
+            let mut near = [(Ball::default(), 0.0); AT_ONCE];
+            near.iter_mut().zip(some).for_each(|(near, &index)| *near = balls[index as usize]);
+            near[..some.len()].iter().for_each(|(ball, size)| canvas.paint(ball, *size, plane));
         }
         canvas.mark_unpainted(plane);
     });
