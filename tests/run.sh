@@ -115,6 +115,8 @@ run_corpus() {
 
 # What an interrupted run left half made is made anew.
 run_python() {
+  # Not beside what is being installed, but for no longer than that may take.
+  for _ in {1..600}; do [ -n "$installing" ] && [ -e "$installing" ] || break; sleep 1; done
   .venv/bin/python -m pip --version &>/dev/null || python3 -m venv --clear .venv || return
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements.txt
 }
@@ -214,11 +216,19 @@ done
 corpus=$(find_corpus)
 passed=0 failed=0 summary="" missing="" ends=""
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+# The file that exists while Python packages are being installed.
+installing=
+trap 'rm -f "$log" "$installing"' EXIT
 if ! install_missing "$@"; then
   printf -v summary '%-14s %s\n' install 'FAILED; no other stage was run'
   failed=1
   set --
+fi
+# The peers take minutes to fetch, in which the first stages compile. Their own stage installs them again, and tells what failed.
+if [[ " $* " == *" peers "* ]]; then
+  packages=$(mktemp)
+  { run_metrics_python >/dev/null 2>&1 || true; rm -f "$packages"; } &
+  installing=$packages
 fi
 for stage in "$@"; do
   printf '\n=== %s\n' "$stage"
