@@ -28,7 +28,7 @@ use envelope::{Nearest, along};
 use lines::{Block, LANES, Lines};
 
 use super::{BoundaryCondition, NodeSet};
-use crate::allocation::filled;
+use crate::allocation::zeroed;
 use crate::cancel::checkpoint;
 use crate::grid::Axis;
 
@@ -74,7 +74,8 @@ impl DistanceField {
         assert!(counts.iter().sum::<u64>() < u64::from(WALLS), "fewer crossings than indices of 32 bits");
         let firsts = [counts[0] as u32, (counts[0] + counts[1]) as u32];
         let nodes = size.iter().product();
-        let (mut values, mut sites) = (filled(nodes, f32::INFINITY), filled(nodes, u32::MAX));
+        // The first step sets them.
+        let (mut values, mut sites) = (zeroed(nodes), zeroed(nodes));
         let transform = Transform { crossings, size, repeats: edges == BoundaryCondition::Periodic, firsts };
         if nodes > 0 {
             transform.across_x_and_y(&mut values, &mut sites);
@@ -194,10 +195,12 @@ fn listed(crossings: &Crossings) -> Vec<Crossing> {
     let mut all = Vec::with_capacity(Axis::ALL.map(|axis| crossings.count(axis)).iter().sum());
     for axis in Axis::ALL {
         let columns = size[axis.column()];
-        for row in 0..columns * size[axis.row()] {
+        let of_row = |row: usize| {
             let (column, of_row) = ((row % columns) as u16, (row / columns) as u16);
-            all.extend(crossings.row(axis, row).iter().map(|&place| Crossing { place, column, row: of_row }));
-        }
+            crossings.row(axis, row).iter().map(move |&place| Crossing { place, column, row: of_row })
+        };
+        let rows = (0..columns * size[axis.row()]).into_par_iter().with_min_len(1 << 10);
+        all.par_extend(rows.flat_map_iter(of_row));
     }
     all
 }
