@@ -40,14 +40,14 @@ pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
     vec
 }
 
-/// Returns `count` equal values. All threads touch them first, as that takes longer than to write them.
+/// Returns `count` equal values, which all threads write: the first touch of new memory takes longer than the writing.
 pub fn filled<T: Zeroable + Copy + Send + Sync>(count: usize, value: T) -> Vec<T> {
     let mut vec = zeroed(count);
     vec.par_chunks_mut(CHUNK).for_each(|chunk| chunk.fill(value));
     vec
 }
 
-/// Values that a task fills.
+/// Number of values that a task fills.
 const CHUNK: usize = 1 << 18;
 
 thread_local! {

@@ -113,10 +113,17 @@ run_corpus() {
     .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" --corpus "$corpus"
 }
 
+# The installation in the background, as a process group, and the second of this run at which it ends at the latest.
+installer=
+INSTALLED_BY=900
+is_installing() { [ -n "$installer" ] && kill -0 "$installer" 2>/dev/null; }
+stop_installing() { ! is_installing || kill -- "-$installer" 2>/dev/null || true; }
+
 # What an interrupted run left half made is made anew.
 run_python() {
-  # Not beside what is being installed, but for no longer than that may take.
-  for _ in {1..600}; do [ -n "$installing" ] && [ -e "$installing" ] || break; sleep 1; done
+  # Two installations at once would spoil the folder.
+  while is_installing && [ $SECONDS -lt $INSTALLED_BY ]; do sleep 1; done
+  stop_installing
   .venv/bin/python -m pip --version &>/dev/null || python3 -m venv --clear .venv || return
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements.txt
 }
@@ -216,19 +223,18 @@ done
 corpus=$(find_corpus)
 passed=0 failed=0 summary="" missing="" ends=""
 log=$(mktemp)
-# The file that exists while Python packages are being installed.
-installing=
-trap 'rm -f "$log" "$installing"' EXIT
+trap 'stop_installing; rm -f "$log"' EXIT
 if ! install_missing "$@"; then
   printf -v summary '%-14s %s\n' install 'FAILED; no other stage was run'
   failed=1
   set --
 fi
-# The peers take minutes to fetch, in which the first stages compile. Their own stage installs them again, and tells what failed.
+# The peers take minutes to fetch, in which the first stages compile. The stage `peers` installs them again and reports failures.
 if [[ " $* " == *" peers "* ]]; then
-  packages=$(mktemp)
-  { run_metrics_python >/dev/null 2>&1 || true; rm -f "$packages"; } &
-  installing=$packages
+  set -m
+  run_metrics_python &>/dev/null </dev/null &
+  installer=$!
+  set +m
 fi
 for stage in "$@"; do
   printf '\n=== %s\n' "$stage"

@@ -181,11 +181,11 @@ impl<'a> Basins<'a> {
                     if beyond != basin {
                         let between = [basin.min(beyond), basin.max(beyond)];
                         let room = self.room(own).min(self.room(other));
-                        let last = &mut last[(between[0].wrapping_mul(31) ^ between[1]) as usize % RECENT];
-                        match passes.get_mut(*last as usize).filter(|pass| pass.between == between) {
+                        let place = &mut last[(between[0].wrapping_mul(31) ^ between[1]) as usize % RECENT];
+                        match passes.get_mut(*place as usize).filter(|pass| pass.between == between) {
                             Some(pass) => pass.room = pass.room.max(room),
                             None => {
-                                *last = passes.len() as u32;
+                                *place = passes.len() as u32;
                                 passes.push(Pass { between, room });
                             }
                         }

@@ -209,9 +209,10 @@ mod tests {
 
     #[test]
     fn neighbourhood_cubes_agree_with_the_node_set() {
-        let size = [131, 4, 3];
-        let nodes = scattered(size);
-        for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
+        let rasters = [[131, 4, 3], [1, 2, 3], [2, 1, 1], [64, 1, 2]];
+        let conditions = [BoundaryCondition::Clip, BoundaryCondition::Periodic];
+        for (size, edges) in rasters.into_iter().flat_map(|size| conditions.map(|edges| (size, edges))) {
+            let nodes = scattered(size);
             let steps = Steps::new(&nodes, edges);
             for index in 0..nodes.volume() as u32 {
                 let node = steps.place(index);

@@ -11,14 +11,14 @@
 //! Vertices move by at most one lattice step along each axis when they are snapped to the lattice, and so does every point of
 //! the surface. Cubes are enlarged by [`MARGIN`] steps on every side, so that a cube which the snapped surface does not meet is
 //! not met by the mesh's own surface or by any in between; and therefore its node has the same state in both solids. One of
-//! these steps covers the rounding of f64, in which triangles are cut to the rows of cubes: corners are integers below 2³⁰, so
-//! that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets except for cubes within a step
+//! these steps covers the rounding of f64, in which triangles are cut to planes of cubes and sides to rows: corners are integers
+//! below 2³⁰, so that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets except for cubes within a step
 //! or two of the surface, a millionth of a pitch at 512 rays, and need 128 bits.
 //!
 //! # Rows, not cubes
 //! Instead of a test for each triangle and cube (Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of Graphics
-//! Tools 6, 2001) a triangle is cut to each plane of cubes and the result to each row: the remainder is convex, and the cubes
-//! of the row that it meets are those from its least x to its greatest, set as bits at once.
+//! Tools 6, 2001) a triangle is cut to each plane of cubes. In each row it meets the cubes from the least to the greatest x of the
+//! remainder's corners in the row and of its sides where they enter or leave the row, set as bits at once.
 //!
 //! # Faces of the region
 //! Where the region is the box of the solid, facets in the faces of the box arose from cutting. They bound nothing within the

@@ -195,12 +195,12 @@ fn listed(crossings: &Crossings) -> Vec<Crossing> {
     let mut all = Vec::with_capacity(Axis::ALL.map(|axis| crossings.count(axis)).iter().sum());
     for axis in Axis::ALL {
         let columns = size[axis.column()];
-        let of_row = |row: usize| {
-            let (column, of_row) = ((row % columns) as u16, (row / columns) as u16);
-            crossings.row(axis, row).iter().map(move |&place| Crossing { place, column, row: of_row })
+        let of_line = |line: usize| {
+            let (column, row) = ((line % columns) as u16, (line / columns) as u16);
+            crossings.row(axis, line).iter().map(move |&place| Crossing { place, column, row })
         };
-        let rows = (0..columns * size[axis.row()]).into_par_iter().with_min_len(1 << 10);
-        all.par_extend(rows.flat_map_iter(of_row));
+        let lines = (0..columns * size[axis.row()]).into_par_iter().with_min_len(1 << 10);
+        all.par_extend(lines.flat_map_iter(of_line));
     }
     all
 }

@@ -46,7 +46,7 @@ use crate::bits::ones;
 use crate::cancel::checkpoint;
 
 /// A ball within a phase, in pitches.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     /// Its centre, in the cell of its node.
     pub centre: [f32; 3],

@@ -12,8 +12,8 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// The value of a node that no ball covers.
 const UNPAINTED: f32 = -1.0;
 
-/// Balls that are read before they are painted.
-const AT_ONCE: usize = 16;
+/// Number of balls that are read before the first of them is painted: they lie apart in memory, and the reads overlap.
+const READ_AHEAD: usize = 16;
 
 /// Distance beyond a ball that it also paints, in pitches: more than is lost where balls are dropped, or were not searched
 /// because others extend nearly as far. Otherwise later balls, such as the false ridges of a rough surface, would paint the
@@ -32,7 +32,7 @@ const MARGIN: f32 = 0.25;
 pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCondition) -> Vec<f32> {
     assert_eq!(balls.len(), sizes.len(), "a size for each ball");
     let raster @ [columns, rows, planes] = nodes.size();
-    // Side by side in memory in the order of painting.
+    // In the order of painting.
     let balls: Vec<(Ball, f32)> = thin_out(balls, sizes, raster, edges)
         .into_par_iter()
         .with_min_len(1 << 12)
@@ -43,14 +43,14 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
     map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
         checkpoint();
         let mut canvas = Canvas::new(nodes, z, edges);
-        for some in by_plane.at(z).chunks(AT_ONCE) {
+        let mut near = Vec::with_capacity(READ_AHEAD);
+        for some in by_plane.at(z).chunks(READ_AHEAD) {
             if canvas.unpainted == 0 {
                 break;
             }
-            // They lie apart in memory, and are read without waiting for one another.
-            let mut near = [(Ball::default(), 0.0); AT_ONCE];
-            near.iter_mut().zip(some).for_each(|(near, &index)| *near = balls[index as usize]);
-            near[..some.len()].iter().for_each(|(ball, size)| canvas.paint(ball, *size, plane));
+            near.clear();
+            near.extend(some.iter().map(|&index| balls[index as usize]));
+            near.iter().for_each(|(ball, size)| canvas.paint(ball, *size, plane));
         }
         canvas.mark_unpainted(plane);
     });
@@ -216,14 +216,14 @@ impl Canvas {
     }
 }
 
-/// Rounds a coordinate down. Processors without an instruction for it, such as the oldest of x86-64, would call a function.
+/// Rounds a coordinate below 2³¹ down. `f32::floor` is the call of a function on the oldest processors of x86-64.
 #[inline]
 fn floor(at: f32) -> i64 {
     let toward_0 = at as i32;
     i64::from(toward_0) - i64::from(toward_0 as f32 > at)
 }
 
-/// Rounds a coordinate up.
+/// Rounds a coordinate below 2³¹ up.
 #[inline]
 fn ceil(at: f32) -> i64 {
     -floor(-at)

@@ -56,8 +56,8 @@ fn index(size: [usize; 3], [x, y, z]: [usize; 3]) -> usize {
 /// Slots of the queue in a pitch.
 const SLOTS_IN_PITCH: f32 = 16.0;
 
-/// Slots of the queue: those of two pitches, as no step is longer than the diagonal of a cell.
-const SLOTS: usize = 32;
+/// Slots of the queue: those of four pitches. No step is longer than √3, the diagonal of a cell, or than 2 after rounding.
+const SLOTS: usize = 64;
 
 /// A priority queue of nodes by length, the shortest first; no node is nearer than the one that was popped last. Lengths are not
 /// negative, so their bits are in their order. Only the nodes of the nearest slot are kept in order.
@@ -84,8 +84,8 @@ impl Waiting {
     fn pop(&mut self) -> Option<(f32, u32)> {
         if self.nearest.is_empty() {
             self.slot = (self.slot..self.slot + SLOTS).find(|slot| !self.slots[slot % SLOTS].is_empty())?;
-            let sorted = std::mem::take(&mut self.nearest).into_vec();
-            self.nearest = BinaryHeap::from(std::mem::replace(&mut self.slots[self.slot % SLOTS], sorted));
+            let emptied = std::mem::take(&mut self.nearest).into_vec();
+            self.nearest = BinaryHeap::from(std::mem::replace(&mut self.slots[self.slot % SLOTS], emptied));
         }
         let Reverse(entry) = self.nearest.pop()?;
         Some((f32::from_bits((entry >> 32) as u32), entry as u32))
@@ -149,7 +149,7 @@ impl<'a> Front<'a> {
             && (1..height - 1).contains(&node[1])
             && (1..depth - 1).contains(&node[2]);
         let strides = [1, width, width * height].map(|stride| stride as u32);
-        let first = index.wrapping_sub(strides.iter().sum());
+        let first = strides.iter().fold(index, |first, stride| first.wrapping_sub(*stride));
         // The lead of the front at accepted neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
@@ -244,4 +244,33 @@ fn gain(earlier: &[f32; 27], circle: &[u32; 8]) -> f32 {
         }
     }
     most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::random::Random;
+
+    #[test]
+    fn the_queue_pops_in_the_order_of_lengths_and_nodes() {
+        let mut random = Random::new(29);
+        let (mut waiting, mut sorted) = (Waiting::new(), BinaryHeap::new());
+        for node in 0..200 {
+            waiting.push(0.0, node);
+            sorted.push(Reverse(u64::from(node)));
+        }
+        let (mut popped, mut next) = (0, 200);
+        while let Some((length, node)) = waiting.pop() {
+            assert_eq!(sorted.pop(), Some(Reverse(u64::from(length.to_bits()) << 32 | u64::from(node))));
+            popped += 1;
+            for _ in 0..if next < 5_000 { 1 + random.below(2) } else { 0 } {
+                // Quarters make ties, and 0 an entry of the slot at hand.
+                let further = length + (random.share() * 7.0).floor() as f32 / 4.0;
+                waiting.push(further, next);
+                sorted.push(Reverse(u64::from(further.to_bits()) << 32 | u64::from(next)));
+                next += 1;
+            }
+        }
+        assert!(sorted.is_empty() && popped == next, "{popped} of {next}");
+    }
 }

@@ -58,7 +58,7 @@ impl Inscribed {
     fn of(crossings: &Crossings, edges: BoundaryCondition, phases: &[NodeSet; 2]) -> (Inscribed, DistanceField) {
         let field = DistanceField::of(crossings, edges);
         let balls = phases.each_ref().map(|nodes| largest_balls(&field, nodes));
-        // All threads touch the copy first.
+        // All threads write the copy, because the first touch of new memory is slow.
         let distances = field.values().par_iter().with_min_len(1 << 16).copied().collect();
         (Inscribed { distances, balls, edges }, field)
     }

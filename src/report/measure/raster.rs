@@ -18,7 +18,7 @@ use crate::sampler::{FillRule, Sampler};
 
 /// Memory per node in bytes while most arrays are alive, those of spanning balls: two distances and the radii of both, for each of
 /// two axes another radius and a step, the largest balls, and smaller data.
-const BYTES_OF_NODE: f64 = 30.0;
+const BYTES_OF_NODE: f64 = 32.0;
 
 /// Limit of the number of nodes: indices have 31 bits.
 const NODES_MAX: f64 = 2_147_483_648.0;
