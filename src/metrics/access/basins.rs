@@ -30,7 +30,7 @@ const BASIN: u32 = 1 << 31;
 /// end.
 const BEFORE: Cube = (1 << MIDDLE) - 1;
 
-/// Pairs of basins whose last pass is remembered.
+/// Number of pairs of basins whose last pass is remembered.
 const RECENT: usize = 1 << 10;
 
 /// Number of steps between basins after which all but the widest of each pair are dropped.

@@ -70,17 +70,7 @@ impl<'a> Steps<'a> {
     #[inline]
     pub fn neighbour(&self, node: [usize; 3], bit: u32) -> [usize; 3] {
         let by = [bit % 3, bit / 3 % 3, bit / 9];
-        std::array::from_fn(|axis| {
-            let (at, side) = (node[axis] + by[axis] as usize, self.size[axis]);
-            // `at` is one more than the coordinate.
-            if at == 0 {
-                side - 1
-            } else if at > side {
-                0
-            } else {
-                at - 1
-            }
-        })
+        std::array::from_fn(|axis| wrapped(node[axis] + by[axis] as usize, self.size[axis]))
     }
 
     /// Returns the neighbours of a node that a step leads to.
@@ -144,14 +134,7 @@ impl Row<'_> {
     #[inline]
     pub fn number(&self, x: usize, bit: u32) -> u32 {
         let (_, first) = self.rows[bit as usize / 3].expect("a neighbour in the raster");
-        // One more than the coordinate.
-        let at = x + bit as usize % 3;
-        let x = match at {
-            0 => self.side - 1,
-            beyond if beyond > self.side => 0,
-            within => within - 1,
-        };
-        first + x as u32
+        first + wrapped(x + bit as usize % 3, self.side) as u32
     }
 
     /// Returns nodes x − 1, x and x + 1 of a row, as three bits.
@@ -170,6 +153,16 @@ impl Row<'_> {
         let low = if x > 0 { bit(x - 1) } else { beyond(self.side - 1) };
         let high = if x + 1 < self.side { bit(x + 1) } else { beyond(0) };
         low | bit(x) << 1 | high << 2
+    }
+}
+
+/// Returns a coordinate from one more than itself, wrapped if it is beyond the side.
+#[inline]
+fn wrapped(one_more: usize, side: usize) -> usize {
+    match one_more {
+        0 => side - 1,
+        beyond if beyond > side => 0,
+        within => within - 1,
     }
 }
 

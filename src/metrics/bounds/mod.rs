@@ -12,8 +12,8 @@
 //! the surface. Cubes are enlarged by [`MARGIN`] steps on every side, so that a cube which the snapped surface does not meet is
 //! not met by the mesh's own surface or by any in between; and therefore its node has the same state in both solids. One of
 //! these steps covers the rounding of f64, in which triangles are cut to planes of cubes and sides to rows: corners are integers
-//! below 2³⁰, so that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets except for cubes within a step
-//! or two of the surface, a millionth of a pitch at 512 rays, and need 128 bits.
+//! below 2³⁰, so that points of a cut are off by less than 2⁻¹⁹ steps. Exact integers would give the same sets except for cubes
+//! within a step or two of the surface, a millionth of a pitch at 512 rays, and need 128 bits.
 //!
 //! # Rows, not cubes
 //! Instead of a test for each triangle and cube (Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of Graphics

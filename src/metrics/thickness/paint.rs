@@ -216,7 +216,7 @@ impl Canvas {
     }
 }
 
-/// Rounds a coordinate below 2³¹ down. `f32::floor` is the call of a function on the oldest processors of x86-64.
+/// Rounds a coordinate below 2³¹ down. `f32::floor` calls a function where the oldest processors of x86-64 are allowed.
 #[inline]
 fn floor(at: f32) -> i64 {
     let toward_0 = at as i32;

@@ -141,24 +141,14 @@ impl<'a> Front<'a> {
     /// tip is the last to be accepted where the path comes through the tetrahedron: so here, from the nearest corner, every
     /// tetrahedron is visited once.
     fn pass_on(&mut self, index: u32, length: f32) {
-        let node = self.steps.place(index);
-        let around = self.steps.from(node);
-        let [width, height, depth] = self.steps.size();
-        // No step wraps.
-        let is_amid = (1..width - 1).contains(&node[0])
-            && (1..height - 1).contains(&node[1])
-            && (1..depth - 1).contains(&node[2]);
-        let strides = [1, width, width * height].map(|stride| stride as u32);
-        let first = strides.iter().fold(index, |first, stride| first.wrapping_sub(*stride));
+        let [x, y, z] = self.steps.place(index);
+        let row = self.steps.row(y, z);
         // The lead of the front at accepted neighbours; NaN for the others.
         let mut earlier = [f32::NAN; 27];
         let mut others = [0u32; 27];
         let mut open = 0u32;
-        for bit in bits(around) {
-            let other = match is_amid {
-                true => first + bit % 3 * strides[0] + bit / 3 % 3 * strides[1] + bit / 9 * strides[2],
-                false => self.steps.index(self.steps.neighbour(node, bit)),
-            };
+        for bit in bits(row.from(x)) {
+            let other = row.number(x, bit);
             others[bit as usize] = other;
             let there = self.lengths[other as usize];
             if there.is_sign_negative() {
