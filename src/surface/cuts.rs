@@ -49,8 +49,6 @@ pub struct CutCell {
 pub struct Cuts {
     of_edge: BTreeMap<Place, [Crossing; 2]>,
     of_cell: HashMap<[i32; 3], CutCell>,
-    /// The numbers of walls and of gaps that are kept.
-    kept: [u64; 2],
 }
 
 fn place(axis: usize, [x, y, z]: [i32; 3]) -> Place {
@@ -153,9 +151,11 @@ impl Cuts {
         cells
     }
 
-    /// Returns the numbers of walls and of gaps between two neighbouring nodes that the surface has.
-    pub fn kept(&self) -> [u64; 2] {
-        self.kept
+    /// Returns whether an edge is cut for a wall or a gap.
+    pub fn has_thin(&self, axis: usize, node: [i32; 3]) -> bool {
+        let [(cell, edge), ..] = cells_around(axis, node);
+        let CutCell { walls, gaps, .. } = self.in_cell(cell);
+        (walls | gaps) >> edge & 1 == 1
     }
 }
 

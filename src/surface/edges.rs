@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cuts::Cuts;
@@ -22,6 +23,15 @@ pub struct Crossing {
     pub normal: [f32; 3],
 }
 
+impl Crossing {
+    /// Returns its place on the edge along `axis` from a node, in coordinates of cells.
+    pub fn place(&self, axis: usize, node: [i32; 3]) -> DVec3 {
+        let mut place = DVec3::from_array(node.map(f64::from));
+        place[axis] += f64::from(self.at);
+        place
+    }
+}
+
 /// A lattice edge that its ray crosses an even number of times.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
@@ -34,30 +44,43 @@ pub struct Pair {
     pub enters: bool,
 }
 
-/// The midpoint of an edge, used where nothing better is known.
-const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
+/// Two crossings of a lattice edge that follow one another and that no triangle is made for.
+#[derive(Clone, Copy, Debug)]
+pub struct DroppedPair {
+    axis: u8,
+    /// The lower end of the edge.
+    node: [i32; 3],
+    /// Distances from it, as shares of the edge.
+    at: [f32; 2],
+    /// Whether the ray enters the solid at the first crossing, so that it meets a wall; otherwise it meets a gap.
+    pub is_wall: bool,
+}
 
-/// Counts of features finer than the lattice, and of crossings that conservative images leave open.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct SubResolution {
-    /// Walls between two neighbouring nodes that are both outside: the ray enters and leaves between them.
-    pub walls: u64,
-    /// Gaps between two neighbouring nodes that are both inside: the ray leaves and enters between them.
-    pub gaps: u64,
+impl DroppedPair {
+    /// Returns the places of the crossings, in coordinates of cells.
+    pub fn places(&self) -> [DVec3; 2] {
+        self.at.map(|at| Crossing { at, ..UNKNOWN }.place(usize::from(self.axis), self.node))
+    }
+}
+
+/// The parts of a slab that samples and triangles do not have in common.
+#[derive(Debug, Default)]
+pub struct Dropped {
+    /// Crossings that cancel in pairs, between two neighbouring nodes.
+    pub pairs: Vec<DroppedPair>,
     /// Edges that are crossed by the nodes' signs but whose own ray has no sample there, as may occur in conservative images.
     pub unsupported: u64,
 }
 
-impl SubResolution {
-    /// Adds the counts of both.
-    pub fn plus(self, other: SubResolution) -> SubResolution {
-        SubResolution {
-            walls: self.walls + other.walls,
-            gaps: self.gaps + other.gaps,
-            unsupported: self.unsupported + other.unsupported,
-        }
+impl Dropped {
+    pub fn append(&mut self, mut other: Dropped) {
+        self.pairs.append(&mut other.pairs);
+        self.unsupported += other.unsupported;
     }
 }
+
+/// The midpoint of an edge, used where nothing better is known.
+const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
 
 /// The crossed edges of some rows, and their crossings.
 #[derive(Debug, Default)]
@@ -110,7 +133,8 @@ pub struct EdgeSlab {
     layers: Range<i32>,
     /// Along x and y by plane, along z by row.
     along: [Vec<EdgeRows>; 3],
-    pub sub_resolution: SubResolution,
+    /// Without that of the last plane.
+    pub dropped: Dropped,
 }
 
 /// The input from which the edges of a slab are found.
@@ -138,13 +162,19 @@ impl EdgeSlab {
             },
         );
         let ((x, y), z) = made;
-        let mut sub_resolution = SubResolution::default();
+        let mut dropped = Dropped::default();
         // The last plane is the first of the next slab, which counts it.
-        let counted = planes.len() - 1;
-        let rows = x.iter().take(counted).chain(y.iter().take(counted)).chain(&z);
-        rows.for_each(|(_, missed)| sub_resolution = sub_resolution.plus(*missed));
-        let along = [x, y, z].map(|rows| rows.into_iter().map(|(rows, _)| rows).collect());
-        EdgeSlab { nodes, layers, along, sub_resolution }
+        let last = planes.len() - 1;
+        let along = [(x, last), (y, last), (z, usize::MAX)].map(|(rows, counted)| {
+            let keep = |(at, (rows, of_rows)): (usize, (EdgeRows, Dropped))| {
+                if at < counted {
+                    dropped.append(of_rows);
+                }
+                rows
+            };
+            rows.into_iter().enumerate().map(keep).collect()
+        });
+        EdgeSlab { nodes, layers, along, dropped }
     }
 
     pub fn layers(&self) -> Range<i32> {
@@ -189,7 +219,7 @@ fn unlike<'a>(row: &'a [u64], other: &'a [u64]) -> impl Iterator<Item = u64> + '
     row.iter().zip(other).map(|(a, b)| a ^ b)
 }
 
-fn along_x(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+fn along_x(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, Dropped) {
     let image = source.images[0];
     let crossed = (0..nodes.rows()).flat_map(|row| differences(nodes.row(row, plane))).collect();
     let mut filler = Filler::new(source, cuts, 0, EdgeRows::new(nodes.words(), crossed));
@@ -204,7 +234,7 @@ fn along_x(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeR
     filler.finish()
 }
 
-fn along_y(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, SubResolution) {
+fn along_y(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeRows, Dropped) {
     let image = source.images[1];
     let last = nodes.rows() - 1;
     let crossed = (0..last).flat_map(|row| unlike(nodes.row(row, plane), nodes.row(row + 1, plane)));
@@ -221,13 +251,7 @@ fn along_y(source: &Source, cuts: &Cuts, nodes: &NodeSlab, plane: i32) -> (EdgeR
     filler.finish()
 }
 
-fn along_z(
-    source: &Source,
-    cuts: &Cuts,
-    nodes: &NodeSlab,
-    row: usize,
-    layers: &Range<i32>,
-) -> (EdgeRows, SubResolution) {
+fn along_z(source: &Source, cuts: &Cuts, nodes: &NodeSlab, row: usize, layers: &Range<i32>) -> (EdgeRows, Dropped) {
     let image = source.images[2];
     let crossed = layers.clone().flat_map(|layer| unlike(nodes.row(row, layer), nodes.row(row, layer + 1))).collect();
     let mut filler = Filler::new(source, cuts, 2, EdgeRows::new(nodes.words(), crossed));
@@ -253,7 +277,7 @@ struct Filler<'a> {
     pixels: Pixels,
     rows: EdgeRows,
     filled: u64,
-    missed: SubResolution,
+    dropped: Dropped,
 }
 
 impl<'a> Filler<'a> {
@@ -265,13 +289,13 @@ impl<'a> Filler<'a> {
             pixels: Pixels::new(source.images[axis].grid().shift()),
             rows,
             filled: 0,
-            missed: SubResolution::default(),
+            dropped: Dropped::default(),
         }
     }
 
-    fn finish(mut self) -> (EdgeRows, SubResolution) {
-        self.missed.unsupported = self.rows.crossings.len() as u64 - self.filled;
-        (self.rows, self.missed)
+    fn finish(mut self) -> (EdgeRows, Dropped) {
+        self.dropped.unsupported = self.rows.crossings.len() as u64 - self.filled;
+        (self.rows, self.dropped)
     }
 
     /// Processes the samples of a ray, edge by edge, for the edges in a range. Edge i ends at node i of the grid; `place`
@@ -283,10 +307,11 @@ impl<'a> Filler<'a> {
         place: impl Fn(i32) -> (usize, usize),
         inside: impl Fn(i32) -> bool,
     ) {
-        let image = self.source.images[self.axis];
+        let (source, axis, pixels) = (self.source, self.axis, self.pixels);
+        let image = source.images[axis];
         let samples = image.samples(ray);
         let first = image.offsets()[ray as usize] as usize;
-        let edge_of = |&depth: &i32| self.pixels.index_from(depth);
+        let edge_of = |&depth: &i32| pixels.index_from(depth);
         let mut from = match edges.start {
             0 => 0,
             start => samples.partition_point(|depth| edge_of(depth) < start),
@@ -294,31 +319,44 @@ impl<'a> Filler<'a> {
         while let Some(edge) = samples.get(from).map(edge_of).filter(|&edge| edge < edges.end) {
             let count = samples[from..].iter().take_while(|depth| edge_of(depth) == edge).count();
             let (row, bit) = place(edge);
-            let mut dropped = count;
+            let node = || source.node(axis, ray, edge);
+            let end = from + count;
             if count % 2 == 1 && self.rows.is_crossed(row, bit) {
                 let enters = !inside(edge);
                 let kept = match count {
                     1 => from,
                     _ => {
-                        let mode = match self.source.mode {
-                            Mode::Exact => self.cuts.mode_beside(self.axis, self.source.node(self.axis, ray, edge)),
+                        let mode = match source.mode {
+                            Mode::Exact => self.cuts.mode_beside(axis, node()),
                             mode => mode,
                         };
-                        from + kept(mode, &samples[from..from + count], enters)
+                        from + kept(mode, &samples[from..end], enters)
                     }
                 };
                 let place = self.rows.place(row, bit);
-                self.rows.crossings[place] = self.source.crossing(self.axis, first + kept, edge, enters);
+                self.rows.crossings[place] = source.crossing(axis, first + kept, edge, enters);
                 self.filled += 1;
-                dropped -= 1;
+                self.drop_pairs(ray, edge, from..kept);
+                self.drop_pairs(ray, edge, kept + 1..end);
+            } else if self.cuts.has_thin(axis, node()) {
+                // Triangles pass through the first and the last.
+                self.drop_pairs(ray, edge, from + 1..end - 1);
+            } else {
+                self.drop_pairs(ray, edge, from..end);
             }
-            // The first sample enters for pairs that are walls, and leaves for gaps.
-            match from % 2 {
-                0 => self.missed.walls += dropped as u64 / 2,
-                _ => self.missed.gaps += dropped as u64 / 2,
-            }
-            from += count;
+            from = end;
         }
+    }
+
+    /// Drops samples of an edge of a ray, two by two; they are numbered within the ray.
+    fn drop_pairs(&mut self, ray: u32, edge: i32, samples: Range<usize>) {
+        let (axis, node) = (self.axis as u8, self.source.node(self.axis, ray, edge));
+        let depths = self.source.images[self.axis].samples(ray);
+        let pair = |first: usize| {
+            let at = [first, first + 1].map(|sample| share_of_edge(self.pixels, depths[sample], edge));
+            DroppedPair { axis, node, at, is_wall: first % 2 == 0 }
+        };
+        self.dropped.pairs.extend((samples.start..samples.end.saturating_sub(1)).step_by(2).map(pair));
     }
 }
 
@@ -339,6 +377,11 @@ fn kept(mode: Mode, samples: &[i32], enters: bool) -> usize {
     }
 }
 
+/// Returns the distance of a depth from the lower end of an edge of its ray, as a share of the edge.
+fn share_of_edge(pixels: Pixels, depth: i32, edge: i32) -> f32 {
+    (depth - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32
+}
+
 /// Returns the outward normal at a sample of an image: a triangle may face either way, but the ray knows whether it enters.
 fn normal_at(image: &Ldi, normals: Option<&[[f32; 3]]>, sample: usize, enters: bool) -> [f32; 3] {
     let triangle = image.triangles().map(|triangles| triangles[sample] as usize);
@@ -353,7 +396,7 @@ impl Source<'_> {
         let image = self.images[axis];
         let pixels = Pixels::new(image.grid().shift());
         Crossing {
-            at: (image.depths()[sample] - pixels.ray(edge - 1)) as f32 / (1i64 << pixels.shift) as f32,
+            at: share_of_edge(pixels, image.depths()[sample], edge),
             normal: normal_at(image, self.normals, sample, enters),
         }
     }

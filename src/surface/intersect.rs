@@ -39,9 +39,7 @@ impl Candidate {
 
     /// Returns the cells that its box touches.
     pub fn cells(&self) -> impl Iterator<Item = [i32; 3]> + use<> {
-        let (from, to) = (cell_of(self.least), cell_of(self.greatest));
-        let row = move |z: i32, y: i32| (from[0]..=to[0]).map(move |x| [x, y, z]);
-        (from[2]..=to[2]).flat_map(move |z| (from[1]..=to[1]).flat_map(move |y| row(z, y)))
+        cells_of(self.least, self.greatest)
     }
 }
 
@@ -103,7 +101,14 @@ pub fn cell_of(point: DVec3) -> [i32; 3] {
     point.floor().to_array().map(|c| c as i32)
 }
 
+/// Returns the cells that a box touches.
+pub fn cells_of(least: DVec3, greatest: DVec3) -> impl Iterator<Item = [i32; 3]> {
+    let (from, to) = (cell_of(least), cell_of(greatest));
+    let row = move |z: i32, y: i32| (from[0]..=to[0]).map(move |x| [x, y, z]);
+    (from[2]..=to[2]).flat_map(move |z| (from[1]..=to[1]).flat_map(move |y| row(z, y)))
+}
+
 /// Packs a cell into one number: 21 bits per axis hold any lattice.
-fn key(cell: [i32; 3]) -> u64 {
+pub fn key(cell: [i32; 3]) -> u64 {
     cell.into_iter().fold(0, |key, c| key << 21 | (i64::from(c) + (1 << 20)) as u64 & ((1 << 21) - 1))
 }

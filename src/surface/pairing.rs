@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::cuts::{CutCell, Cuts, edge_of};
-use super::edges::{Crossing, EdgeSlab, Source};
+use super::edges::{EdgeSlab, Source};
 use crate::bits::{Ones, after};
 use crate::cell::{Signs, arcs, at_fault};
 
@@ -92,11 +92,8 @@ pub fn joined_faces(source: &Source, inside: u8, cell: [i32; 3]) -> u8 {
 fn are_joined(source: &Source, inside: u8, (above, axis): Face) -> bool {
     let place = |edge: usize| {
         let (along, node) = edge_of(above, edge);
-        source.first_crossing(along, node).map(|Crossing { at, normal }| {
-            let mut place = DVec3::from_array(node.map(f64::from));
-            place[along] += f64::from(at);
-            (place, Vec3::from_array(normal).as_dvec3())
-        })
+        let crossing = source.first_crossing(along, node)?;
+        Some((crossing.place(along, node), Vec3::from_array(crossing.normal).as_dvec3()))
     };
     // The worst arc of a pairing: the least cosine between normals, and the farthest end from the plane at the other.
     let worst = |joined: u8| {

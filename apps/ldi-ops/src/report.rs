@@ -434,10 +434,9 @@ fn of_images(report: &SampledReport, length: &str) -> (String, String) {
         pairs => format!("; {pairs} pairs of triangles cross"),
     };
     let lost = format!(
-        "; samples at most {}{length} away{before}; {} walls and {} gaps below the pitch dropped{crossing}",
+        "; samples at most {}{length} away{before}; {} below the pitch dropped{crossing}",
         number(report.largest_distance),
-        report.walls,
-        report.gaps
+        report.lost()
     );
     (made, lost)
 }

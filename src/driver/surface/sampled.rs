@@ -24,9 +24,9 @@ pub struct SampledReport {
     pub contoured_volume: f64,
     /// The volume that may be missing where edges are cut off, as normals are unknown: one pitch times the area.
     pub cut_off: f64,
-    /// The number of ray crossings of walls between two neighbouring nodes, which the mesh lacks.
+    /// The number of walls between two neighbouring nodes that rays cross away from the mesh.
     pub walls: u64,
-    /// The number of ray crossings of gaps between two neighbouring nodes, which the mesh lacks.
+    /// The number of gaps between two neighbouring nodes that rays cross away from the mesh.
     pub gaps: u64,
     /// The number of nodes about which the images disagree.
     pub disagreements: u64,
@@ -40,6 +40,14 @@ pub struct SampledReport {
     pub simplified: Option<SimplifiedReport>,
     /// Whether the mesh is full because there is too little memory to simplify it.
     pub lacks_memory: bool,
+}
+
+impl SampledReport {
+    /// Returns the numbers of walls and gaps that the mesh lacks, in words.
+    pub fn lost(&self) -> String {
+        let counted = |count: u64, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
+        format!("{} and {}", counted(self.walls, "wall"), counted(self.gaps, "gap"))
+    }
 }
 
 /// The report of a simplification.
@@ -129,11 +137,16 @@ pub fn mesh(
 /// Returns a warning if the volume of a mesh is far from the measured volume.
 pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warning> {
     let VolumeEstimate { value, error } = imaged.volume?;
-    let &SampledReport { contoured_volume: mesh, cut_off, walls, gaps, .. } = report.sampled()?;
+    let sampled = report.sampled()?;
+    let &SampledReport { contoured_volume: mesh, cut_off, walls, gaps, .. } = sampled;
     let message = || {
+        let lacks = match walls + gaps {
+            0 => String::new(),
+            _ => format!("lacks {} that are thinner than the pitch, and ", sampled.lost()),
+        };
         format!(
-            "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh lacks {walls} walls and {gaps} gaps that are \
-             thinner than the pitch, and widens those below a fiftieth of it; raise --resolution to keep more",
+            "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh {lacks}widens walls and gaps below a fiftieth of \
+             the pitch; raise --resolution to keep more",
             number(mesh),
             number(value),
             number(error),
@@ -155,8 +168,8 @@ const NOTEWORTHY: f64 = 1e-3;
 /// Returns warnings about details that the mesh lacks, and triangles that it has for lack of memory.
 pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let Some(&SampledReport { walls, gaps, lacks_memory, .. }) = report.sampled() else { return warnings };
-    if lacks_memory && report.triangles > 0 {
+    let Some(sampled) = report.sampled() else { return warnings };
+    if sampled.lacks_memory && report.triangles > 0 {
         let message = format!(
             "the mesh keeps all {} triangles: there is too little memory to remove those that its shape does not need; raise \
              --memory or lower --resolution, or accept this with --surface-error 0",
@@ -164,11 +177,12 @@ pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
         );
         warnings.push(Warning::new("mesh-not-simplified", message));
     }
-    let lost = walls + gaps;
+    let lost = sampled.walls + sampled.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
         let message = format!(
-            "the mesh lacks details thinner than the pitch: rays cross {walls} walls and {gaps} gaps between two neighbouring \
-             nodes; raise --resolution to keep more",
+            "the mesh lacks details thinner than the pitch: rays cross {} between two neighbouring nodes; raise --resolution to keep \
+             more",
+            sampled.lost()
         );
         warnings.push(Warning::new("below-resolution", message));
     }

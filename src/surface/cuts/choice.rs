@@ -43,8 +43,6 @@ impl Cuts {
         choice.follow();
         choice.settle();
         let Choice { edges, cells, .. } = choice;
-        let walls = edges.keys().filter(|&&[z, _, y, x]| !source.is_inside([x, y, z])).count() as u64;
-        let kept = [walls, edges.len() as u64 - walls];
         let of_cell = |(cell, signs): ([i32; 3], Signs)| {
             let Signs { cut, joined, .. } = signs;
             // Ambiguous faces are decided with those of all other cells.
@@ -53,7 +51,7 @@ impl Cuts {
             (cell, CutCell { cut, joined, walls, gaps: cut & !walls })
         };
         let of_cell = cells.into_iter().filter(|(_, signs)| signs.cut != 0).map(of_cell).collect();
-        Cuts { of_edge: edges, of_cell, kept }
+        Cuts { of_edge: edges, of_cell }
     }
 }
 
