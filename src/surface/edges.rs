@@ -354,7 +354,7 @@ impl<'a> Filler<'a> {
         let depths = self.source.images[self.axis].samples(ray);
         let pair = |first: usize| {
             let at = [first, first + 1].map(|sample| share_of_edge(self.pixels, depths[sample], edge));
-            DroppedPair { axis, node, at, is_wall: first % 2 == 0 }
+            DroppedPair { axis, node, at, is_wall: first.is_multiple_of(2) }
         };
         self.dropped.pairs.extend((samples.start..samples.end.saturating_sub(1)).step_by(2).map(pair));
     }
