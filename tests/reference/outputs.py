@@ -285,10 +285,10 @@ def allowed_volume(right, told, case):
     corners between them, are exact. It misses curvature within a cell: a curve of curvature κ lies up to κ h² / 8 from its chord,
     or from its tangents, over a pitch h. Summed over the surface this is h² / 8 ∫ κ dA, and ∫ κ dA of a polyhedron is the sum
     over its edges of length × dihedral angle. Parts between two neighbouring nodes are missed as a whole: each wall and gap that
-    the JSON counts is a pixel wide, and between zero and a pitch thick, half a pitch on average. Those that it does not count are
-    nearer to the mesh than the curves above. The same holds for the part that
-    is cut off where a vertex had to stay in its cell, and for a node about which the images disagree. Simplification moves the
-    surface by its bound. An exact mesh is off by the rounding of its coordinates alone, over its area; and lib3mf reads the
+    the JSON counts is a pixel wide, and between zero and a pitch thick, half a pitch on average. The same holds for the part that
+    is cut off where a vertex had to stay in its cell, and for a node about which the images disagree. Both crossings of a wall or gap
+    that it does not count are within 0.05 pitches of the mesh, as at a sharp edge, which the sum over edges covers. Simplification
+    moves the surface by its bound. An exact mesh is off by the rounding of its coordinates alone, over its area; and lib3mf reads the
     coordinates of inputs in 32 bits.
     """
     pitch, surface = told["grid"]["pitch"], told["surface"]
