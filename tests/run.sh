@@ -190,9 +190,15 @@ run_python-package() {
   rm -rf "$folder" && build_program && python3 -m venv "$folder/venv" || return
   local python=$folder/venv/bin/python
   "$python" -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-python-package.txt &&
-    "$folder/venv/bin/maturin" build --quiet --profile checked --manifest-path apps/ldi-py/Cargo.toml --out "$folder/wheels" &&
+    "$folder/venv/bin/maturin" build --profile checked --manifest-path apps/ldi-py/Cargo.toml --out "$folder/wheels" 2>&1 |
+      tee "$folder/build.log" && shares_the_library "$folder/build.log" &&
     "$python" -m pip install --quiet --disable-pip-version-check --no-deps "$folder"/wheels/ldi_ops-*.whl &&
     LDI_OPS_PROGRAM=$(realpath "$program") "$python" -m pytest --quiet -p no:cacheprovider --durations=10 tests/python
+}
+# Whether the wheel took the library that the tests were built with: a second build takes as long as the first.
+shares_the_library() {
+  ! grep 'Compiling ldi-ops v' "$1" ||
+    { echo "built a second time: in apps/ldi-py/Cargo.toml, name the features that the tests' dependencies have" >&2; return 1; }
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
