@@ -195,10 +195,11 @@ run_python-package() {
     "$python" -m pip install --quiet --disable-pip-version-check --no-deps "$folder"/wheels/ldi_ops-*.whl &&
     LDI_OPS_PROGRAM=$(realpath "$program") "$python" -m pytest --quiet -p no:cacheprovider --durations=10 tests/python
 }
-# Whether the wheel took the library that the tests were built with: a second build takes as long as the first.
+# Fails if cargo, by its log, compiled the library again for the wheel, which takes as long as for the tests.
 shares_the_library() {
   ! grep 'Compiling ldi-ops v' "$1" ||
-    { echo "built a second time: in apps/ldi-py/Cargo.toml, name the features that the tests' dependencies have" >&2; return 1; }
+    { echo "the wheel compiled the library a second time: in apps/ldi-py/Cargo.toml, give its dependencies the features" \
+      "that the tests of the workspace give them (cargo tree --workspace --edges features)" >&2; return 1; }
 }
 run_self-test() {
   run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
