@@ -506,6 +506,7 @@ impl LatticeSolid<'_> {
 
     /// Returns the cosine of the angle between a triangle's normal and `axis`: |n·axis| of the unit normal; 0 for a
     /// triangle without area.
+    #[inline]
     pub fn facing(&self, triangle: u32, axis: Axis) -> f64 {
         let [a, b, c] = self.triangles[triangle as usize].map(|v| {
             let p = self.positions[v as usize];

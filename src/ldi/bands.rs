@@ -87,22 +87,38 @@ pub fn image_from_bands<S>(
     run: impl Fn(&mut S, Range<u32>, &mut BandImage) + Sync + Send,
 ) -> Result<Ldi, TooManySamples> {
     let (_, rows) = grid.image_size(axis);
-    let bands = rows.div_ceil(band_rows) as usize;
+    let whole = [(0..rows, ())];
+    image_from_passes(grid, axis, band_rows, whole, new_stage, |stage, (), rows, image| run(stage, rows, image))
+}
+
+/// Builds an image in passes: ascending, adjoining ranges of rows that are all rows together, each but the last of whole bands. `run`
+/// is given the data of its pass, which is dropped before the next pass is made.
+pub fn image_from_passes<P: Sync, S>(
+    grid: Grid,
+    axis: Axis,
+    band_rows: u32,
+    passes: impl IntoIterator<Item = (Range<u32>, P)>,
+    new_stage: impl Fn() -> S + Sync + Send,
+    run: impl Fn(&mut S, &P, Range<u32>, &mut BandImage) + Sync + Send,
+) -> Result<Ldi, TooManySamples> {
     let mut builder = ImageBuilder::new(grid, axis);
-    for wave in 0..bands.div_ceil(WAVE) {
-        let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
-        let images: Vec<BandImage> = wave
-            .into_par_iter()
-            .map_init(&new_stage, |stage, band| {
-                checkpoint();
-                let first = band as u32 * band_rows;
-                let mut image = BandImage::default();
-                run(stage, first..rows.min(first + band_rows), &mut image);
-                image
-            })
-            .collect();
-        for image in images {
-            builder.append(image)?;
+    for (rows, pass) in passes {
+        let bands = rows.len().div_ceil(band_rows as usize);
+        for wave in 0..bands.div_ceil(WAVE) {
+            let wave = wave * WAVE..bands.min((wave + 1) * WAVE);
+            let images: Vec<BandImage> = wave
+                .into_par_iter()
+                .map_init(&new_stage, |stage, band| {
+                    checkpoint();
+                    let first = rows.start + band as u32 * band_rows;
+                    let mut image = BandImage::default();
+                    run(stage, &pass, first..rows.end.min(first + band_rows), &mut image);
+                    image
+                })
+                .collect();
+            for image in images {
+                builder.append(image)?;
+            }
         }
     }
     Ok(builder.finish())

@@ -15,7 +15,7 @@ mod volume_sums;
 #[cfg(feature = "gpu")]
 pub(crate) use bands::ImageBuilder;
 pub use bands::TooManySamples;
-pub(crate) use bands::{BandImage, image_from_bands};
+pub(crate) use bands::{BandImage, image_from_bands, image_from_passes};
 pub use coverage::coverage;
 pub use error::LdiError;
 pub use kind::{Estimate, FillRule, Mode};

@@ -57,6 +57,11 @@ impl Window {
         Window { columns: range(axis.column()), rows: range(axis.row()) }
     }
 
+    /// Returns the part of the window in some rows.
+    pub fn in_rows(self, rows: &Range<u32>) -> Window {
+        Window { rows: self.rows.start.max(rows.start as i32)..self.rows.end.min(rows.end as i32), ..self }
+    }
+
     /// Returns the least window with the rays of both.
     #[cfg(feature = "gpu")]
     pub fn around(self, other: Window) -> Window {
@@ -70,8 +75,8 @@ impl Window {
         Window { columns: around(self.columns, other.columns), rows: around(self.rows, other.rows) }
     }
 
-    #[cfg(feature = "gpu")]
-    fn is_empty(&self) -> bool {
+    /// Returns whether the window has no ray.
+    pub fn is_empty(&self) -> bool {
         self.columns.is_empty() || self.rows.is_empty()
     }
 }

@@ -34,11 +34,12 @@ impl CpuSampler {
         keep: impl Fn(&[H], &mut Vec<H>) + Sync,
     ) -> Result<RayLists<H>, TooManySamples> {
         let (grid, band_rows) = (*triangles.grid(), self.band_rows.get());
-        let bins = Bins::new(triangles, triangles.region(), axis, band_rows);
         let (columns, rows) = grid.image_size(axis);
-        let bands: Vec<BandLists<H>> = (0..rows.div_ceil(band_rows))
-            .into_par_iter()
-            .map_init(BandCrossings::<H>::default, |crossings, band| {
+        let mut bands: Vec<BandLists<H>> = Vec::with_capacity(rows.div_ceil(band_rows) as usize);
+        for pass in self.passes(&[triangles], triangles.region(), axis) {
+            let bins = Bins::new(triangles, triangles.region(), axis, band_rows, &pass);
+            let bands_of_pass = pass.start / band_rows..pass.end.div_ceil(band_rows);
+            bands.par_extend(bands_of_pass.into_par_iter().map_init(BandCrossings::<H>::default, |crossings, band| {
                 checkpoint();
                 let first = band * band_rows;
                 let rows = first..rows.min(first + band_rows);
@@ -52,8 +53,8 @@ impl CpuSampler {
                     kept.ends.push(kept.hits.len() as u32);
                 }
                 kept
-            })
-            .collect();
+            }));
+        }
         let total: usize = bands.iter().map(|band| band.hits.len()).sum();
         if total > u32::MAX as usize {
             return Err(TooManySamples { axis });

@@ -49,12 +49,12 @@ impl<H: Hit> BandCrossings<H> {
     pub fn gather(&mut self, grid: &Grid, axis: Axis, bins: &Bins, rows: Range<u32>) {
         let (columns, _) = grid.image_size(axis);
         self.begin(rows.len() * columns as usize);
-        let window = bins.window();
+        let window = bins.window().clone().in_rows(&rows);
         let clip = Clip {
             axis,
             pixels: Pixels::new(grid.shift()),
-            columns: window.columns.clone(),
-            rows: (rows.start as i32).max(window.rows.start)..(rows.end as i32).min(window.rows.end),
+            columns: window.columns,
+            rows: window.rows,
             first_row: rows.start as i32,
             width: columns as i32,
         };

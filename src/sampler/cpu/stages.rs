@@ -40,7 +40,7 @@ impl CpuSampler {
         };
         let mut crossings: Vec<BandCrossings> = solids.iter().map(|_| BandCrossings::default()).collect();
         for (crossings, solid) in crossings.iter_mut().zip(solids) {
-            crossings.gather(&grid, axis, &Bins::new(solid, &region, axis, rows), 0..rows);
+            crossings.gather(&grid, axis, &Bins::new(solid, &region, axis, rows, &(0..rows)), 0..rows);
         }
         let mut classes = RayClasses::new(words);
         for ray in 0..rays {
@@ -93,7 +93,7 @@ impl CpuSampler {
         let grid = admit(&[solid], FillRule::EvenOdd)?;
         let (columns, rows) = grid.image_size(axis);
         let mut crossings = BandCrossings::<Crossing>::default();
-        crossings.gather(&grid, axis, &Bins::new(solid, solid.region(), axis, rows), 0..rows);
+        crossings.gather(&grid, axis, &Bins::new(solid, solid.region(), axis, rows, &(0..rows)), 0..rows);
         let mut stages = ListStages { starts: vec![0], crossings: Vec::with_capacity(crossings.count()) };
         for ray in 0..columns * rows {
             let on_ray = crossings.on_ray(ray);
