@@ -256,7 +256,7 @@ fn growth_in_triangles(plan: &Plan, pool: &ThreadPool) -> Result<Vec<Growth>, Be
         let mesh = models::closed("gyroid", models::thick_gyroid(fineness)?)?;
         growth(plan, pool, &mesh, plan.resolution, |triangles, _| triangles)
     };
-    [4, 8, 16, 26, 40, 64, 94].into_iter().map(point).collect()
+    [8, 16, 26, 40, 64, 94].into_iter().map(point).collect()
 }
 
 fn growth_in_rays(plan: &Plan, gyroid: &NamedSolid, pool: &ThreadPool) -> Result<Vec<Growth>, BenchError> {
