@@ -83,21 +83,42 @@ impl FaceTree {
         found.into_iter().flatten().collect()
     }
 
-    /// Calls `look` for the pairs of places of faces whose boxes touch, of which one is wanted, until a block has some that it
-    /// returns; returns those of the first such block. `prepare` returns what `look` needs of the face at a place.
+    /// Returns what `look` finds of the pairs of places of faces whose boxes touch, of which one is wanted, in an order that does not
+    /// depend on threads. `prepare` returns what `look` needs of the face at a place.
+    pub fn own_pairs<P, T: Send>(
+        &self,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        prepare: impl Fn(usize) -> P + Sync,
+        look: impl Fn(&P, &P) -> Option<T> + Sync,
+    ) -> Vec<T> {
+        let found: Vec<Vec<T>> = self.own_pairs_by_block(is_wanted, &prepare, &look).collect();
+        found.into_iter().flatten().collect()
+    }
+
+    /// Returns what [`own_pairs`](Self::own_pairs) finds in the first block that has any; those after it may not be looked at.
     pub fn first_of_own_pairs<P, T: Send>(
         &self,
         is_wanted: impl Fn(usize) -> bool + Sync,
         prepare: impl Fn(usize) -> P + Sync,
         look: impl Fn(&P, &P) -> Option<T> + Sync,
     ) -> Option<Vec<T>> {
+        self.own_pairs_by_block(is_wanted, &prepare, &look).find_first(|found| !found.is_empty())
+    }
+
+    /// Returns what [`own_pairs`](Self::own_pairs) finds in each block.
+    fn own_pairs_by_block<P, T: Send>(
+        &self,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        prepare: &(impl Fn(usize) -> P + Sync),
+        look: &(impl Fn(&P, &P) -> Option<T> + Sync),
+    ) -> impl IndexedParallelIterator<Item = Vec<T>> {
         let wanted_of_leaf = |leaf: u32| -> u16 {
             self.tree.places(leaf).zip(0..).map(|(place, i)| u16::from(is_wanted(place)) << i).sum()
         };
         let wanted: Vec<u16> =
             (0..self.tree.leaves()).into_par_iter().with_min_len(1 << 10).map(wanted_of_leaf).collect();
         let nodes = self.tree.marks(wanted.iter().map(|&faces| faces != 0).collect());
-        let pairs = |[a, b]: [u32; 2]| {
+        let pairs = move |[a, b]: [u32; 2], wanted: &[u16]| {
             let (of_a, of_b) = (wanted[a as usize], wanted[b as usize]);
             let one_is_wanted = (0..4).map(|i| (if of_a >> i & 1 != 0 { 0xf } else { of_b }) << (4 * i)).sum::<u16>();
             match a.cmp(&b) {
@@ -106,18 +127,19 @@ impl FaceTree {
                 Greater => 0,
             }
         };
-        let of_block = |scratch: &mut Scratch<P>, block| {
+        let of_block = move |scratch: &mut Scratch<P>, block| {
             let mut found = Vec::new();
             let first = self.tree.leaves_under(block).start;
             let all = nodes[self.tree.number(block)];
             let beside = self.leaves(self.tree.bounds(block), first, |node| all || nodes[node]);
             let prepare = |_: &FaceTree, place: usize| prepare(place);
             for beside in beside.chunks(MOST_BESIDE) {
+                let pairs = |leaves| pairs(leaves, &wanted);
                 self.visit_pairs(block, (self, beside), pairs, (scratch, &prepare), |p, q| found.extend(look(p, q)));
             }
-            (!found.is_empty()).then_some(found)
+            found
         };
-        self.blocks().map_init(Scratch::default, of_block).find_map_first(|found| found)
+        self.blocks().map_init(Scratch::default, of_block)
     }
 
     /// Calls `visit` for the faces whose boxes the ray from a point along +x may meet.
@@ -308,13 +330,10 @@ mod tests {
             let tree = tree(&boxes, 0);
             let is_wanted = |face: u32| face.is_multiple_of(period);
             let place_is_wanted = |place: usize| is_wanted(tree.faces()[place]);
-            let all = std::sync::Mutex::new(Vec::new());
-            let found = tree.first_of_own_pairs(place_is_wanted, |place| tree.faces()[place], |&f, &g| {
-                all.lock().unwrap().push([f.min(g), f.max(g)]);
-                None::<()>
-            });
-            prop_assert!(found.is_none());
-            let mut all = all.into_inner().unwrap();
+            let pair = |&f: &u32, &g: &u32| Some([f.min(g), f.max(g)]);
+            let mut all = tree.own_pairs(place_is_wanted, |place| tree.faces()[place], pair);
+            let first = tree.first_of_own_pairs(place_is_wanted, |place| tree.faces()[place], pair).unwrap_or_default();
+            prop_assert!(all.starts_with(&first) && first.is_empty() == all.is_empty());
             all.sort_unstable();
             let count = boxes.len() as u32;
             let expected = (0..count).flat_map(|f| (f + 1..count).map(move |g| [f, g]));

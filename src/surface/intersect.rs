@@ -84,16 +84,38 @@ pub fn pairs(
     pairs
 }
 
-/// Returns whether two triangles meet elsewhere than in what they share, exactly or rounded to a precision, given the exact and
-/// the rounded places of vertices.
-pub fn do_meet(one: [u32; 3], other: [u32; 3], precision: Precision, places: impl Fn(u32) -> [DVec3; 2]) -> bool {
-    let shared = other.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
-    let [of_one, of_other] = [one, other].map(|triangle| triangle.map(&places));
-    let forms = if precision == Precision::Double { 1 } else { 2 };
-    (0..forms).any(|form| {
-        let [a, b] = [of_one, of_other].map(|corners| corners.map(|place| place[form]));
-        !are_parted(&a, &b, shared, widest_axis(a)) && meet(one, other, |vertex| places(vertex)[form])
-    })
+/// A triangle, by its vertices, with their exact and their rounded places.
+pub struct Placed {
+    vertices: [u32; 3],
+    /// The exact corners and the rounded ones, each with the axis along which the triangle is widest.
+    forms: [([DVec3; 3], usize); 2],
+}
+
+impl Placed {
+    /// Creates it from the exact and the rounded places of vertices.
+    pub fn new(vertices: [u32; 3], places: impl Fn(u32) -> [DVec3; 2]) -> Placed {
+        let places = vertices.map(places);
+        let form = |form: usize| {
+            let corners = places.map(|of_vertex| of_vertex[form]);
+            (corners, widest_axis(corners))
+        };
+        Placed { vertices, forms: [form(0), form(1)] }
+    }
+
+    /// Returns whether two triangles meet elsewhere than in what they share, exactly or rounded to the precision that they were
+    /// placed by.
+    pub fn meets(&self, other: &Placed, precision: Precision) -> bool {
+        let [one, two] = [self.vertices, other.vertices];
+        let shared = two.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
+        let forms = if precision == Precision::Double { 1 } else { 2 };
+        self.forms.iter().zip(&other.forms).take(forms).any(|((a, axis), (b, _))| {
+            let place = |vertex: u32| {
+                let corners = one.iter().zip(a).chain(two.iter().zip(b));
+                corners.clone().find(|(corner, _)| **corner == vertex).map_or(DVec3::NAN, |(_, place)| *place)
+            };
+            !are_parted(a, b, shared, *axis) && meet(one, two, place)
+        })
+    }
 }
 
 /// Returns the cell that a point lies in.

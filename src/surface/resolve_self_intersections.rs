@@ -35,7 +35,7 @@ use rayon::prelude::*;
 use super::cells::{MARGIN, world_from_cells};
 use super::feature::Feature;
 use super::features::{CellFilter, Features};
-use super::intersect::{Candidate, do_meet, pairs};
+use super::intersect::{Candidate, Placed, pairs};
 use super::quads::Cut;
 use crate::bits;
 use crate::cancel::checkpoint;
@@ -333,7 +333,9 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        do_meet(one, other, self.view.precision, |vertex| self.view.places(self.vertices[vertex as usize]))
+        let [one, other] = [one, other]
+            .map(|triangle| Placed::new(triangle, |vertex| self.view.places(self.vertices[vertex as usize])));
+        one.meets(&other, self.view.precision)
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.

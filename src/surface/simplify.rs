@@ -41,10 +41,11 @@ use thiserror::Error;
 use self::collapse::{NONE, Standing};
 use self::original::{along, inside};
 use self::patch::{Near, Patch, Share};
-use super::intersect::do_meet;
+use super::intersect::Placed;
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
-use crate::box_tree::{Box32, BoxTree};
+use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
+use crate::face_tree::FaceTree;
 use crate::grid::Grid;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 
@@ -443,28 +444,21 @@ fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[
         let place = mesh.positions[vertex as usize];
         [place, precision.round(place)]
     };
-    let around = |triangle: [u32; 3]| Box32::around(triangle.map(places).into_iter().flatten());
-    let boxes: Vec<Box32> = mesh.triangles.par_iter().with_min_len(256).map(|&triangle| around(triangle)).collect();
-    let tree = BoxTree::new(boxes.len(), |triangle| boxes[triangle as usize]);
-    let met = |(number, &triangle): (usize, &[u32; 3])| {
-        let (bounds, mut met) = (boxes[number], Vec::new());
-        // Of two new ones, the later finds both.
-        let is_other = |other: usize| !is_new[other] || other < number;
-        tree.visit(
-            |node| node.touches(&bounds),
-            |items| {
-                for &item in items.iter().filter(|&&item| is_other(item as usize)) {
-                    let other = mesh.triangles[item as usize];
-                    if boxes[item as usize].touches(&bounds) && do_meet(triangle, other, precision, places) {
-                        met.push([triangle, other]);
-                    }
-                }
-            },
-        );
-        met
+    let extent = |triangle: u32| {
+        let corners = mesh.triangles[triangle as usize].map(places);
+        Box32::around(corners.into_iter().flatten())
     };
-    let triangles = mesh.triangles.par_iter().with_min_len(256).enumerate();
-    triangles.filter(|(number, _)| is_new[*number]).flat_map_iter(met).collect()
+    let Some(bounds) = mesh.bounds() else { return Vec::new() };
+    let whole =
+        Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]));
+    let numbers = (0..mesh.triangles.len() as u32).into_par_iter().with_min_len(1 << 10);
+    let tree = FaceTree::new(&whole, numbers.map(|triangle| (triangle, extent(triangle))), extent);
+    let indices = |place: usize| mesh.triangles[tree.faces()[place] as usize];
+    tree.own_pairs(
+        |place| is_new[tree.faces()[place] as usize],
+        |place| (indices(place), Placed::new(indices(place), places)),
+        |(one, placed), (other, beside)| placed.meets(beside, precision).then_some([*one, *other]),
+    )
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.
