@@ -98,6 +98,16 @@ impl ClosestTriangle {
         Closest { squared, hint: best }
     }
 
+    /// Returns for each [`hint`](Closest::hint) the index of its triangle in the set.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+
+    /// Returns the corners of the triangle with a [`hint`](Closest::hint).
+    pub fn corners(&self, hint: u32) -> [DVec3; 3] {
+        self.corners[hint as usize]
+    }
+
     /// Returns the square of the distance of a point from the triangle with a [`hint`](Closest::hint).
     pub fn squared_from(&self, point: DVec3, hint: u32) -> f64 {
         squared_distance(point, self.corners[hint as usize])

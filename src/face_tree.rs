@@ -83,8 +83,8 @@ impl FaceTree {
         found.into_iter().flatten().collect()
     }
 
-    /// Returns what `look` finds of the pairs of places of faces whose boxes touch, of which one is wanted, in an order that does not
-    /// depend on threads. `prepare` returns what `look` needs of the face at a place.
+    /// Returns what `look` finds of the pairs of places of faces whose boxes touch, of which at least one is wanted, in an order that
+    /// does not depend on threads. `prepare` returns what `look` needs of the face at a place.
     pub fn own_pairs<P, T: Send>(
         &self,
         is_wanted: impl Fn(usize) -> bool + Sync,

@@ -87,27 +87,27 @@ pub fn pairs(
 /// A triangle, by its vertices, with their exact and their rounded places.
 pub struct Placed {
     vertices: [u32; 3],
+    precision: Precision,
     /// The exact corners and the rounded ones, each with the axis along which the triangle is widest.
     forms: [([DVec3; 3], usize); 2],
 }
 
 impl Placed {
-    /// Creates it from the exact and the rounded places of vertices.
-    pub fn new(vertices: [u32; 3], places: impl Fn(u32) -> [DVec3; 2]) -> Placed {
+    /// Creates it from the exact places of vertices, and those rounded to a precision.
+    pub fn new(vertices: [u32; 3], precision: Precision, places: impl Fn(u32) -> [DVec3; 2]) -> Placed {
         let places = vertices.map(places);
         let form = |form: usize| {
             let corners = places.map(|of_vertex| of_vertex[form]);
             (corners, widest_axis(corners))
         };
-        Placed { vertices, forms: [form(0), form(1)] }
+        Placed { vertices, precision, forms: [form(0), form(1)] }
     }
 
-    /// Returns whether two triangles meet elsewhere than in what they share, exactly or rounded to the precision that they were
-    /// placed by.
-    pub fn meets(&self, other: &Placed, precision: Precision) -> bool {
+    /// Returns whether the triangle, which has an area, and another one meet elsewhere than in what they share, exactly or rounded.
+    pub fn meets(&self, other: &Placed) -> bool {
         let [one, two] = [self.vertices, other.vertices];
         let shared = two.map(|vertex| one.iter().position(|&corner| corner == vertex).unwrap_or(3));
-        let forms = if precision == Precision::Double { 1 } else { 2 };
+        let forms = if self.precision == Precision::Double { 1 } else { 2 };
         self.forms.iter().zip(&other.forms).take(forms).any(|((a, axis), (b, _))| {
             let place = |vertex: u32| {
                 let corners = one.iter().zip(a).chain(two.iter().zip(b));

@@ -333,9 +333,9 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether two triangles cross one another, exact or rounded.
     fn do_meet(&self, one: [u32; 3], other: [u32; 3]) -> bool {
-        let [one, other] = [one, other]
-            .map(|triangle| Placed::new(triangle, |vertex| self.view.places(self.vertices[vertex as usize])));
-        one.meets(&other, self.view.precision)
+        let places = |vertex: u32| self.view.places(self.vertices[vertex as usize]);
+        let [one, other] = [one, other].map(|triangle| Placed::new(triangle, self.view.precision, places));
+        one.meets(&other)
     }
 
     /// Pulls back some of the features in pairs of crossing triangles, and returns the numbers of their quadrilaterals.

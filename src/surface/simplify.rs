@@ -11,8 +11,8 @@
 //! The surface is split into patches of some thousand triangles, at medians of centroids, with their borders locked. Each is
 //! decimated by itself, in parallel and in coordinates of its own. Where a verification fails, vertices nearby are locked and the
 //! patches there are decimated again; those that fail too often stay what they were before the pass, and if that does not help,
-//! so do all. The borders are decimated in later passes, four at most, which split elsewhere, until a pass gains little. Distances
-//! are always from the original, or from triangles within 1/256 of the bound of it.
+//! so do all. The borders are decimated in later passes, four at most, which split what is near them elsewhere, until a pass gains
+//! little. Distances are always from the original, or from triangles within 1/256 of the bound of it.
 //!
 //! Where a fair share of the mesh is flat, a first pass removes what is flat within 1/256 of the bound; it only adds differences up.
 //! The surface that it leaves takes the place of the original.
@@ -35,6 +35,7 @@ mod samples;
 use std::borrow::Cow;
 
 use glam::{DVec3, Vec3};
+use rayon::iter::Either;
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -54,6 +55,10 @@ const PATCH: usize = 1 << 13;
 
 /// The split of each pass: the share of the triangles that goes to the lower side.
 const SPLITS: [f64; 4] = [0.5, 0.37, 0.59, 0.45];
+
+/// Number of edges from a vertex that may still be removed, up to which a pass divides the surface into patches; triangles farther
+/// away stay as they are.
+const RINGS: usize = 1;
 
 /// A pass that removes less than this share of the triangles is the last.
 const LEAST_GAIN: f64 = 0.08;
@@ -93,7 +98,7 @@ pub struct Simplified {
     pub distance: f64,
     /// The number of verifications of the whole mesh.
     pub rounds: usize,
-    /// The number of partitions over which the mesh was decimated, without the first pass over what is flat.
+    /// The number of passes over the mesh, or over what may still change, without the first one over what is flat.
     pub passes: usize,
 }
 
@@ -151,13 +156,16 @@ pub fn simplify(
     let mut state = Surface::new(&flat, errors, homes);
     for split in SPLITS {
         let before = state.triangles.len();
-        let mut patches = state.patches(&target, split);
-        let kept = resolve(&mut patches, &target, &acceptable, &mut rounds);
+        let mut division = state.divide(&target, split);
+        if division.patches.is_empty() {
+            break;
+        }
+        let kept = resolve(&mut division, &target, &acceptable, &mut rounds);
         passes += 1;
         if !kept {
             break;
         }
-        state.take(&patches);
+        state.take(&division);
         if state.triangles.len() as f64 >= (1.0 - LEAST_GAIN) * before as f64 {
             break;
         }
@@ -181,13 +189,13 @@ fn without_flat<'m>(
     }
     let target = Target { original: mesh, inner: Vec::new(), slack: 0.0, measures: false, spacing: 0.0, limits };
     let mut state = Surface::new(mesh, errors.clone(), Vec::new());
-    let mut patches = state.patches(&target, SPLITS[SPLITS.len() - 1]);
-    let is_kept = resolve(&mut patches, &target, acceptable, rounds);
-    let left: usize = patches.iter().map(|patch| patch.triangles().count()).sum();
+    let mut division = state.divide(&target, SPLITS[SPLITS.len() - 1]);
+    let is_kept = resolve(&mut division, &target, acceptable, rounds);
+    let left = division.triangles().count();
     if !is_kept || left as f64 >= (1.0 - LEAST_GAIN) * mesh.triangles.len() as f64 {
         return (Cow::Borrowed(mesh), errors);
     }
-    state.take(&patches);
+    state.take(&division);
     (Cow::Owned(mesh.of_triangles(state.triangles).0), state.errors)
 }
 
@@ -268,13 +276,33 @@ struct Surface {
     homes: Vec<u32>,
     /// For each triangle, a bound of its distance from the original, in either direction.
     errors: Vec<f64>,
-    /// For each original vertex, whether it was refused with nothing locked nearby: another split would not help.
+    /// For each original vertex, whether it was refused with nothing locked nearby, and no triangle changed there since: another
+    /// division would not help.
     is_refused: Vec<bool>,
     /// The largest error, or distance measured.
     distance: f64,
 }
 
-/// The index that denotes more than one patch.
+/// The surface in a pass: its patches, and the triangles that stay as they are.
+struct Division {
+    patches: Vec<Patch>,
+    /// The numbers of the triangles that stay, and their vertices.
+    rest: Vec<(u32, [u32; 3])>,
+}
+
+impl Division {
+    /// Returns the triangles, by original vertices.
+    fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.rest.iter().map(|(_, indices)| *indices).chain(self.patches.iter().flat_map(Patch::triangles))
+    }
+
+    /// Returns for each triangle whether it is new.
+    fn is_new(&self) -> impl Iterator<Item = bool> {
+        self.rest.iter().map(|_| false).chain(self.patches.iter().flat_map(Patch::is_new))
+    }
+}
+
+/// The index that denotes several patches, or triangles that stay.
 const MANY: u32 = u32::MAX - 1;
 
 impl Surface {
@@ -284,21 +312,30 @@ impl Surface {
         Surface { triangles: mesh.triangles.clone(), homes, errors, is_refused, distance }
     }
 
-    /// Splits the surface into patches, with the vertices and triangles assigned to each.
-    fn patches(&self, target: &Target, split: f64) -> Vec<Patch> {
+    /// Divides the surface into patches, with the vertices and triangles assigned to each, and triangles away from all vertices that
+    /// may still be removed.
+    fn divide(&self, target: &Target, split: f64) -> Division {
         let original = target.original;
-        let centroid = |triangle: usize| {
-            let [a, b, c] = self.triangles[triangle].map(|vertex| original.positions[vertex as usize]);
+        let centroid = |indices: &[u32; 3]| {
+            let [a, b, c] = indices.map(|vertex| original.positions[vertex as usize]);
             ((a + b + c) / 3.0 - original.positions[0]).as_vec3()
         };
-        let mut order: Vec<(Vec3, u32)> =
-            (0..self.triangles.len()).into_par_iter().map(|triangle| (centroid(triangle), triangle as u32)).collect();
+        let mut is_near: Vec<bool> = self.is_refused.iter().map(|is_refused| !is_refused).collect();
+        (0..RINGS).for_each(|_| spread(&mut is_near, &self.triangles));
+        let (mut order, rest): (Vec<_>, Vec<_>) =
+            self.triangles.par_iter().enumerate().partition_map(|(number, indices)| {
+                match indices.iter().any(|&vertex| is_near[vertex as usize]) {
+                    true => Either::Left((centroid(indices), number as u32)),
+                    false => Either::Right((number as u32, *indices)),
+                }
+            });
         let groups = split_at(&mut order, split);
         drop(order);
 
         let mut patch_of_triangle = vec![NONE; self.triangles.len()];
         let mut place_of_triangle = vec![NONE; self.triangles.len()];
         let mut patch_of_vertex = vec![NONE; original.positions.len()];
+        rest.iter().flat_map(|(_, indices)| indices).for_each(|&vertex| patch_of_vertex[vertex as usize] = MANY);
         for (patch, group) in (0..).zip(&groups) {
             for (place, &triangle) in (0..).zip(group) {
                 patch_of_triangle[triangle as usize] = patch;
@@ -310,8 +347,9 @@ impl Surface {
             }
         }
         let mut shares: Vec<Share> = groups.iter().map(|_| Share::default()).collect();
-        for (point, &home) in (0..).zip(&self.homes).filter(|(_, home)| **home != NONE) {
-            let share = &mut shares[patch_of_triangle[home as usize] as usize];
+        let patch_of = |home: u32| if home == NONE { NONE } else { patch_of_triangle[home as usize] };
+        for (point, &home) in (0..).zip(&self.homes).filter(|(_, home)| patch_of(**home) != NONE) {
+            let share = &mut shares[patch_of(home) as usize];
             share.points.push(point);
             share.homes.push(place_of_triangle[home as usize]);
         }
@@ -319,10 +357,10 @@ impl Surface {
         let measured = if target.measures { &original.triangles[..] } else { &[] };
         for indices in measured {
             let homes = indices.map(|vertex| self.homes[vertex as usize]);
-            let patches = homes.map(|home| patch_of_triangle[home as usize]);
+            let patches = homes.map(patch_of);
             for (i, patch) in patches.into_iter().enumerate() {
                 let is_known = (0..i).any(|j| patches[j] == patch && !is_flat(homes[j]));
-                if !is_flat(homes[i]) && !is_known {
+                if patch != NONE && !is_flat(homes[i]) && !is_known {
                     shares[patch as usize].triangles.push(*indices);
                 }
             }
@@ -337,23 +375,40 @@ impl Surface {
             };
             Patch::new(&triangles, errors, standing, share)
         });
-        patches.collect()
+        Division { patches: patches.collect(), rest }
     }
 
-    /// Replaces the surface by the patches.
-    fn take(&mut self, patches: &[Patch]) {
-        self.triangles.clear();
-        self.errors.clear();
+    /// Replaces the surface by the patches and the triangles that stay.
+    fn take(&mut self, division: &Division) {
+        let Division { patches, rest } = division;
+        let mut number_of_rest = vec![NONE; self.triangles.len()];
+        (0..).zip(rest).for_each(|(number, &(before, _))| number_of_rest[before as usize] = number);
+        for home in self.homes.iter_mut().filter(|home| **home != NONE) {
+            // Those in patches follow.
+            *home = number_of_rest[*home as usize];
+        }
+        self.triangles = division.triangles().collect();
+        self.errors = rest.iter().map(|(before, _)| self.errors[*before as usize]).collect();
         for patch in patches {
-            let first = self.triangles.len() as u32;
-            self.triangles.extend(patch.triangles());
+            let first = self.errors.len() as u32;
             patch.homes().for_each(|(point, home)| self.homes[point as usize] = first + home);
             self.errors.extend(patch.errors());
             self.distance = self.distance.max(patch.distance());
-            patch.vertices().iter().for_each(|&vertex| self.is_refused[vertex as usize] = true);
         }
-        for vertex in patches.iter().flat_map(Patch::beside_locked) {
-            self.is_refused[vertex as usize] = false;
+        let beside_locked = patches.iter().flat_map(Patch::beside_locked);
+        let open = beside_locked.filter(|&(vertex, is_new)| is_new || !self.is_refused[vertex as usize]);
+        let open: Vec<u32> = open.map(|(vertex, _)| vertex).collect();
+        self.is_refused.fill(true);
+        open.into_iter().for_each(|vertex| self.is_refused[vertex as usize] = false);
+    }
+}
+
+/// Marks the vertices of triangles that have a marked one.
+fn spread(marked: &mut [bool], triangles: &[[u32; 3]]) {
+    let inner = marked.to_vec();
+    for indices in triangles {
+        if indices.iter().any(|&vertex| inner[vertex as usize]) {
+            indices.iter().for_each(|&vertex| marked[vertex as usize] = true);
         }
     }
 }
@@ -361,6 +416,9 @@ impl Surface {
 /// Splits triangles at a quantile of their centroids along the longest side of their bounding box, until all groups are small;
 /// each group is sorted.
 fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
+    if order.is_empty() {
+        return Vec::new();
+    }
     if order.len() <= PATCH {
         let mut group: Vec<u32> = order.iter().map(|(_, triangle)| *triangle).collect();
         group.sort_unstable();
@@ -381,23 +439,25 @@ fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
 /// Decimates all patches and verifies the whole, round after round, until all checks pass. Returns false if they fail even with
 /// all affected patches restored.
 fn resolve(
-    patches: &mut [Patch],
+    division: &mut Division,
     target: &Target,
     acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
     rounds: &mut usize,
 ) -> bool {
-    let mut stale = vec![true; patches.len()];
+    let mut stale = vec![true; division.patches.len()];
     let mut round = 0;
     loop {
         round += 1;
-        patches.par_iter_mut().zip(&stale).filter(|(_, stale)| **stale).for_each(|(patch, _)| {
+        let patches = &mut division.patches;
+        // One by one, as they differ in their work.
+        let stale_patches = patches.par_iter_mut().zip(&stale).with_max_len(1).filter(|(_, stale)| **stale);
+        stale_patches.for_each(|(patch, _)| {
             checkpoint();
             patch.decimate(target);
         });
-        let triangles = patches.iter().flat_map(Patch::triangles).collect();
-        let (mesh, _) = target.original.of_triangles(triangles);
+        let (mesh, _) = target.original.of_triangles(division.triangles().collect());
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
-        let is_new: Vec<bool> = patches.iter().flat_map(Patch::is_new).collect();
+        let is_new: Vec<bool> = division.is_new().collect();
         if !is_new.contains(&true) {
             return true;
         }
@@ -410,6 +470,7 @@ fn resolve(
             return true;
         }
         drop(mesh);
+        let patches = &mut division.patches;
         let locked: Vec<usize> = patches.iter().map(Patch::locked).collect();
         let concerned = lock_near(patches, target, &places, round);
         if round >= ROUNDS {
@@ -431,14 +492,16 @@ pub fn crossing_pairs(mesh: &TriangleMesh, precision: Precision) -> u64 {
     crossing(mesh, &vec![true; mesh.triangles.len()], precision).len() as u64
 }
 
-/// Returns places at which new triangles of a mesh meet others elsewhere than in what they share, exactly or rounded.
+/// Returns the corners of new triangles of a mesh that meet others elsewhere than in what they share, exactly or rounded.
 fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<DVec3> {
     let pairs = crossing(mesh, is_new, precision);
-    pairs.as_flattened().as_flattened().iter().map(|&vertex| mesh.positions[vertex as usize]).collect()
+    let new = pairs.as_flattened().iter().filter(|&&triangle| is_new[triangle as usize]);
+    let corners = new.flat_map(|&triangle| mesh.triangles[triangle as usize]);
+    corners.map(|vertex| mesh.positions[vertex as usize]).collect()
 }
 
 /// Returns the pairs of a new triangle and another that meet elsewhere than in what they share, exactly or rounded.
-fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[[u32; 3]; 2]> {
+fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[u32; 2]> {
     checkpoint();
     let places = |vertex: u32| {
         let place = mesh.positions[vertex as usize];
@@ -453,12 +516,16 @@ fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[
         Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]));
     let numbers = (0..mesh.triangles.len() as u32).into_par_iter().with_min_len(1 << 10);
     let tree = FaceTree::new(&whole, numbers.map(|triangle| (triangle, extent(triangle))), extent);
-    let indices = |place: usize| mesh.triangles[tree.faces()[place] as usize];
-    tree.own_pairs(
-        |place| is_new[tree.faces()[place] as usize],
-        |place| (indices(place), Placed::new(indices(place), places)),
-        |(one, placed), (other, beside)| placed.meets(beside, precision).then_some([*one, *other]),
-    )
+    let prepare = |place: usize| {
+        let triangle = tree.faces()[place];
+        (triangle, Placed::new(mesh.triangles[triangle as usize], precision, places))
+    };
+    let look = |one: &(u32, Placed), other: &(u32, Placed)| {
+        // New ones have an area.
+        let [one, other] = if is_new[one.0 as usize] { [one, other] } else { [other, one] };
+        one.1.meets(&other.1).then_some([one.0, other.0])
+    };
+    tree.own_pairs(|place| is_new[tree.faces()[place] as usize], prepare, look)
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.

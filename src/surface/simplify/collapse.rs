@@ -278,6 +278,7 @@ impl<'a> Collapser<'a> {
         let holds = self.keeps_topology([from, into], &mut scratch)
             && self.keeps_direction([from, into], &mut scratch)
             && self.adds_up([from, into], &mut scratch)
+            && (!scratch.is_measured || (original.is_some() && self.keeps_samples([from, into], &mut scratch)))
             && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
             && (!scratch.is_measured
                 || original.is_some_and(|original| self.is_near([from, into], original, &mut scratch)));

@@ -48,21 +48,57 @@ impl Face {
         let w = point - self.corners[0];
         let [s, t] = self.gradients.map(|gradient| gradient.dot(w));
         let r = 1.0 - (s + t);
-        if s >= 0.0 && t >= 0.0 && r >= 0.0 {
-            return Ok(self.normal.dot(w).powi(2));
-        }
-        // The weights of the corners, each opposite its side.
-        Err(if t <= s && t <= r {
-            0
-        } else if r <= s {
-            1
-        } else {
-            2
-        })
+        side_of([r, s, t]).map_or_else(|| Ok(self.normal.dot(w).powi(2)), Err)
     }
 
     /// Returns the square of the distance of a point.
     pub fn squared_distance(&self, point: DVec3) -> f64 {
         squared_distance(point, self.corners)
+    }
+}
+
+/// Returns the number of the side of a triangle beyond which the foot of a point lies, as [`Face::height_or_side`] does, or `None`
+/// where it lies in the triangle.
+#[inline]
+pub(super) fn side_beyond(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<usize> {
+    let (u, v, w) = (b - a, c - a, point - a);
+    let (uu, uv, vv, wu, wv) = (u.dot(u), u.dot(v), v.dot(v), w.dot(u), w.dot(v));
+    // The weights of the corners, times the square of twice the area.
+    let (s, t) = (vv * wu - uv * wv, uu * wv - uv * wu);
+    side_of([uu * vv - uv * uv - (s + t), s, t])
+}
+
+/// Returns the side beyond which a point with these weights of the corners lies the farthest, which is opposite the least; `None` if
+/// no weight is negative.
+#[inline]
+fn side_of([r, s, t]: [f64; 3]) -> Option<usize> {
+    if s >= 0.0 && t >= 0.0 && r >= 0.0 {
+        None
+    } else if t <= s && t <= r {
+        Some(0)
+    } else {
+        Some(if r <= s { 1 } else { 2 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::random::Random;
+
+    #[test]
+    fn sides_without_a_face_are_those_of_the_face() {
+        let mut random = Random::new(3);
+        let mut sides = [0; 4];
+        for _ in 0..1000 {
+            let [a, b, c, point] = [(); 4].map(|()| DVec3::from_array([(); 3].map(|()| random.share())));
+            let face = Face::new([a, b, c]);
+            if !face.is_sliver() {
+                let side = side_beyond(point, [a, b, c]);
+                assert_eq!(side, face.height_or_side(point).err());
+                sides[side.unwrap_or(3)] += 1;
+            }
+        }
+        assert!(sides.iter().all(|&count| count > 50), "{sides:?}");
     }
 }

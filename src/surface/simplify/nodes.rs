@@ -14,7 +14,8 @@ use crate::mesh::hash::{PI, mix};
 /// afterwards.
 pub(super) struct NodeGuard {
     origin: DVec3,
-    pitch: f64,
+    /// One over the pitch.
+    density: f64,
     /// The greatest node.
     last: DVec3,
 }
@@ -24,7 +25,7 @@ impl NodeGuard {
     pub fn new(grid: &Grid, relative_to: DVec3) -> NodeGuard {
         let [first, second] = [0, 1].map(|node| grid.step() * f64::from(grid.node(node)));
         let last = DVec3::from_array(grid.rays().map(|rays| f64::from(rays) - 1.0));
-        NodeGuard { origin: grid.origin() + first - relative_to, pitch: second - first, last }
+        NodeGuard { origin: grid.origin() + first - relative_to, density: 1.0 / (second - first), last }
     }
 
     /// Returns whether the nodes keep their sides if triangles replace others, which have all their corners. `hashes` is scratch
@@ -35,7 +36,7 @@ impl NodeGuard {
         after: impl Iterator<Item = [DVec3; 3]>,
         hashes: &mut Vec<u64>,
     ) -> bool {
-        let by_nodes = |triangle: [DVec3; 3]| triangle.map(|corner| (corner - self.origin) / self.pitch);
+        let by_nodes = |triangle: [DVec3; 3]| triangle.map(|corner| (corner - self.origin) * self.density);
         let (mut low, mut high, mut facing) = (DVec3::INFINITY, DVec3::NEG_INFINITY, DVec3::ZERO);
         for [a, b, c] in before.clone().map(by_nodes) {
             (low, high) = (low.min(a).min(b).min(c), high.max(a).max(b).max(c));
@@ -123,7 +124,7 @@ mod tests {
     /// Returns whether the nodes at whole coordinates keep their sides where the apex of a pyramid without base moves.
     fn keeps(base: &[DVec3], [from, to]: [DVec3; 2]) -> bool {
         let fan = |apex: DVec3| (0..base.len()).map(move |i| [base[i], base[(i + 1) % base.len()], apex]);
-        let guard = NodeGuard { origin: DVec3::splat(-20.0), pitch: 1.0, last: DVec3::splat(40.0) };
+        let guard = NodeGuard { origin: DVec3::splat(-20.0), density: 1.0, last: DVec3::splat(40.0) };
         // The box of the triangles before must hold those after.
         let (before, after): (Vec<_>, Vec<_>) = (fan(from).collect(), fan(to).collect());
         guard.keeps_sides(before.iter().copied(), after.iter().copied(), &mut Vec::new())

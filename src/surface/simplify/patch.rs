@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::Target;
 use super::collapse::{Collapsed, Collapser, Standing};
 use super::nodes::NodeGuard;
 use super::original::Original;
+use super::{Target, spread};
 use crate::closest::ClosestTriangle;
 use crate::mesh::Aabb;
 
@@ -66,16 +66,12 @@ impl Patch {
         self.result.triangles.iter().map(|indices| indices.map(|place| self.vertices[place as usize]))
     }
 
-    /// Returns its original vertices.
-    pub(super) fn vertices(&self) -> &[u32] {
-        &self.vertices
-    }
-
-    /// Returns the original vertices of triangles with a vertex that had to stay.
-    pub(super) fn beside_locked(&self) -> impl Iterator<Item = u32> {
-        let is_beside =
-            |indices: &&[u32; 3]| indices.iter().any(|&place| self.standings[place as usize] == Standing::Locked);
-        self.result.triangles.iter().filter(is_beside).flatten().map(|&place| self.vertices[place as usize])
+    /// Returns the original vertices of triangles with a vertex that had to stay, and whether the triangle is new.
+    pub(super) fn beside_locked(&self) -> impl Iterator<Item = (u32, bool)> {
+        let is_locked = |&place: &u32| self.standings[place as usize] == Standing::Locked;
+        let beside =
+            self.result.triangles.iter().zip(self.is_new()).filter(move |(indices, _)| indices.iter().any(is_locked));
+        beside.flat_map(|(indices, is_new)| indices.map(|place| (self.vertices[place as usize], is_new)))
     }
 
     /// Returns for each of its triangles whether it is new.
@@ -126,10 +122,9 @@ impl Patch {
         let assigned = (&samples[..], &self.original.homes[..]);
         let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, bounds);
         let original = target.measures.then_some(|| {
-            let own = self.start.iter().zip(&self.errors).filter(|(_, error)| **error <= target.flat());
-            let own = own.map(|(indices, _)| indices.map(|place| points[place as usize]));
-            let others = self.original.triangles.iter().map(|indices| indices.map(place));
-            Original::new(&own.chain(others).collect::<Vec<_>>(), target.spacing, bounds)
+            let flat = self.start.iter().zip(&self.errors).filter(|(_, error)| **error <= target.flat());
+            let own: Vec<[u32; 3]> = flat.map(|(indices, _)| *indices).collect();
+            Original::new([&own, &self.original.triangles], &self.vertices, place, target.spacing, bounds)
         });
         self.result = collapser.run(original, guard.as_ref());
     }
@@ -144,14 +139,7 @@ impl Patch {
     pub(super) fn lock(&mut self, places: impl IntoIterator<Item = u32>, rings: usize) {
         let mut fresh = vec![false; self.vertices.len()];
         places.into_iter().for_each(|place| fresh[place as usize] = true);
-        for _ in 0..rings {
-            let inner = fresh.clone();
-            for indices in &self.start {
-                if indices.iter().any(|&place| inner[place as usize]) {
-                    indices.iter().for_each(|&place| fresh[place as usize] = true);
-                }
-            }
-        }
+        (0..rings).for_each(|_| spread(&mut fresh, &self.start));
         let fresh = self.standings.iter_mut().zip(fresh).filter(|(_, fresh)| *fresh);
         fresh.for_each(|(standing, _)| *standing = Standing::Locked);
     }

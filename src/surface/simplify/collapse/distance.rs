@@ -61,27 +61,32 @@ impl Collapser<'_> {
         true
     }
 
-    /// Measures the samples of old triangles from the new ones, and these from the original.
-    pub(super) fn is_near(
-        &mut self,
-        [from, into]: [u32; 2],
-        original: &impl Deref<Target = Original>,
-        scratch: &mut Scratch,
-    ) -> bool {
+    /// Returns whether the samples of the old triangles are near the new ones, and assigns them to these.
+    pub(super) fn keeps_samples(&mut self, ends: [u32; 2], scratch: &mut Scratch) -> bool {
         // Samples that change triangles raise errors, so that these are added up again.
-        if self.refresh_from(self.around[from as usize].clone()) && !self.adds_up([from, into], scratch) {
+        if self.refresh_from(self.around[ends[0] as usize].clone()) && !self.adds_up(ends, scratch) {
             return false;
         }
         scratch.moved.clear();
         scratch.distance = 0.0;
-        self.are_samples_near(scratch) && {
-            let mut uncertain = scratch.faces.iter().zip(&scratch.errors).filter(|(_, error)| **error >= self.bound);
-            uncertain.all(|((_, face), _)| {
-                let distance = original.distance(face);
-                scratch.distance = scratch.distance.max(distance.unwrap_or(0.0));
-                distance.is_some()
-            })
-        }
+        self.are_samples_near(scratch)
+    }
+
+    /// Returns whether the new triangles are near the original.
+    pub(super) fn is_near(
+        &self,
+        [from, into]: [u32; 2],
+        original: &impl Deref<Target = Original>,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let Scratch { faces, errors, distance: largest, .. } = scratch;
+        let mut uncertain = faces.iter().zip(errors).filter(|(_, error)| **error >= self.bound);
+        uncertain.all(|((number, face), _)| {
+            let [end, _] = self.opposite(*number, from);
+            let distance = original.distance(face, [into, end]);
+            *largest = largest.max(distance.unwrap_or(0.0));
+            distance.is_some()
+        })
     }
 
     /// Measures the samples of old triangles from the new ones, and assigns them to these.
