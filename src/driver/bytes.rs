@@ -7,6 +7,7 @@ use std::path::Path;
 use super::machine;
 #[cfg(unix)]
 use crate::allocation::handled;
+use crate::cancel::checkpoint;
 use crate::input;
 
 /// Bytes that one thread reads at a time. Smaller files are read whatever memory is free.
@@ -42,10 +43,10 @@ pub fn of_file(file: File, length: u64) -> io::Result<Vec<u8>> {
     // Test the allocation first, as `vec!` aborts if it fails. `vec!` is still used, as the system provides zeroed pages.
     handled(|| Vec::<u8>::new().try_reserve_exact(length))?;
     let mut bytes = vec![0; length];
-    bytes
-        .par_chunks_mut(PIECE)
-        .enumerate()
-        .try_for_each(|(piece, bytes)| file.read_exact_at(bytes, (piece * PIECE) as u64))?;
+    bytes.par_chunks_mut(PIECE).enumerate().try_for_each(|(piece, bytes)| {
+        checkpoint();
+        file.read_exact_at(bytes, (piece * PIECE) as u64)
+    })?;
     Ok(bytes)
 }
 

@@ -14,6 +14,7 @@ use super::normals::turned_inwards;
 use super::npy::{Class, Field, Header, Kind, Order, Scalar};
 use super::{Extras, Images, Normals, NpzError, UNIT_LETTERS, is_unit, not_normal};
 use crate::allocation::{handled, try_vec_with_room};
+use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};
 use crate::ldi::{Ldi, Mode, NodePlanes};
 
@@ -272,6 +273,7 @@ impl<R: Read + ?Sized> Array<'_, R> {
         let mut piece = vec![0; (1 << 16) / size.max(1) * size];
         let mut read = 0u64;
         while read < wanted {
+            checkpoint();
             let bytes = piece.len().min(usize::try_from(wanted - read).unwrap_or(usize::MAX));
             self.fill(&mut piece[..bytes])?;
             let first = (read / size as u64) as usize;

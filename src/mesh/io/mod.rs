@@ -35,12 +35,21 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::{Fold, LengthUnit, Precision, TriangleMesh};
+use crate::cancel::checkpoint;
 use crate::input;
 use error::Fault;
 pub use error::{FormatError, Place, Problem, ReadError, WriteError};
 pub use note::{ReadNote, WriteNote};
 use placement::Scene;
 pub use write::{Written, write, write_at};
+
+/// Reaches a checkpoint at some of the many lines, faces or elements of a file, counted by `number`.
+#[inline]
+fn checkpoint_at(number: usize) {
+    if number.is_multiple_of(1 << 12) {
+        checkpoint();
+    }
+}
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

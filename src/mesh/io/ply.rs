@@ -16,12 +16,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::MeshFile;
 use super::error::{Fault, Place, Problem};
 use super::formatted::write_each;
 use super::note::ReadNote;
 use super::polygon::{Polygons, Strip};
 use super::text::{Words, decode, quote};
+use super::{MeshFile, checkpoint_at};
 use crate::allocation::vec_with_room;
 use crate::mesh::{LengthUnit, TriangleMesh};
 
@@ -497,6 +497,7 @@ fn read_property(
     body: &mut Body<'_>,
     mut each: impl FnMut(f64, Option<usize>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
+    checkpoint_at(index as usize);
     let (count, item) = match property.kind {
         Kind::Scalar(scalar) => (1.0, scalar),
         Kind::List { count, item } => (body.value(count)?.ok_or_else(|| element.short(index))?, item),

@@ -9,6 +9,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::checkpoint_at;
 use super::note::ReadNote;
 
 /// Largest number of corner tests for one file. Ear clipping takes quadratic time in the worst case, and a hostile file
@@ -55,7 +56,8 @@ impl Polygons {
         let mut triangles = Vec::with_capacity(count);
         let mut cutter = Cutter { tests_left: CORNER_TESTS, ..Cutter::default() };
         let (mut cut, mut doubtful, mut ignored) = (0, 0, 0);
-        for face in self.iter() {
+        for (number, face) in self.iter().enumerate() {
+            checkpoint_at(number);
             match *face {
                 [a, b, c] => triangles.push([a, b, c]),
                 [_, _, _, ..] => {

@@ -2,11 +2,16 @@
 
 use std::fs;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread;
 
 use glam::DVec3;
 
 use super::*;
+use crate::cancel::{Unwound, work_for};
 use crate::output;
 
 fn sample_path(format: Format) -> PathBuf {
@@ -44,6 +49,52 @@ fn extensions_select_formats_in_any_case() {
     let known = "supported are .stl, .obj, .ply, .off, .gltf, .glb and .3mf";
     assert_eq!(error("part.step"), format!("part.step: `.step` is not a supported mesh format; {known}"));
     assert_eq!(error("dir.stl/part"), format!("dir.stl/part: the name has no extension; {known}"));
+}
+
+/// Returns whether a reader of bytes ends at a checkpoint once the operation that it works for is stopped.
+fn stops(bytes: &[u8], format: Format) -> bool {
+    let read = || {
+        work_for(Arc::new(AtomicBool::new(true)));
+        catch_unwind(AssertUnwindSafe(|| parse(bytes, format, &sample_path(format)).is_ok()))
+    };
+    match thread::scope(|scope| scope.spawn(read).join().unwrap()) {
+        Ok(is_read) => {
+            assert!(is_read);
+            false
+        }
+        Err(payload) => payload.is::<Unwound>(),
+    }
+}
+
+#[test]
+fn readers_of_many_elements_stop_and_those_of_few_end() {
+    let repeated = |line: &str, count: usize| line.repeat(count);
+    let large = 10_000;
+    let obj = |count| "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &repeated("f 1 2 3\n", count);
+    let off = |count| format!("OFF\n3 {count} 0\n0 0 0\n1 0 0\n0 1 0\n") + &repeated("3 0 1 2\n", count);
+    let header = |format: &str, count: usize| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {count}\nproperty list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let ply = |count| header("ascii", count) + "0 0 0\n1 0 0\n0 1 0\n" + &repeated("3 0 1 2\n", count);
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let stl = |count| "solid a\n".to_owned() + &repeated(facet, count) + "endsolid a\n";
+    let texts: [(Format, &dyn Fn(usize) -> String); 4] =
+        [(Format::Obj, &obj), (Format::Off, &off), (Format::Ply, &ply), (Format::Stl, &stl)];
+    for (format, text) in texts {
+        assert!(stops(text(large).as_bytes(), format), "{format:?}");
+    }
+    assert!(!stops(off(4).as_bytes(), Format::Off));
+    // Quadrilaterals, which the general reader of binary PLY takes one by one.
+    let mut binary = header("binary_little_endian", large).into_bytes();
+    binary.extend(
+        [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()),
+    );
+    let face = [4].into_iter().chain([0i32, 1, 2, 1].into_iter().flat_map(i32::to_le_bytes));
+    (0..large).for_each(|_| binary.extend(face.clone()));
+    assert!(stops(&binary, Format::Ply));
 }
 
 #[test]

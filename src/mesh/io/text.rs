@@ -6,6 +6,7 @@ use std::fmt;
 use glam::DVec3;
 use memchr::memchr2;
 
+use super::checkpoint_at;
 use super::error::{Fault, Place, Problem};
 
 /// Returns the text of a file, without its byte order mark; UTF-16 is converted to UTF-8.
@@ -170,6 +171,7 @@ impl<'a> Words<'a> {
             _ => end + 1,
         };
         self.line += 1;
+        checkpoint_at(self.line);
         (rest, true)
     }
 

@@ -24,12 +24,12 @@ use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
 use serde::Deserialize;
 
-use super::Format;
 use super::error::{Fault, Place, Problem};
 use super::note::ReadNote;
 use super::placement::{Placement, Scene, TRIANGLES_MAX, drop_unused};
 use super::polygon::Strip;
 use super::text::{decode, quote, sentence};
+use super::{Format, checkpoint_at};
 use crate::input;
 use crate::mesh::{LengthUnit, TriangleMesh};
 pub(super) use write::Glb;
@@ -420,7 +420,7 @@ impl Document<'_> {
         match accessor.buffer_view {
             Some(view) => {
                 let values = self.values(view.value(), offset, accessor.count.0, size, &place)?;
-                positions.extend((0..count).map(|k| read(values.get(k))));
+                positions.extend((0..count).inspect(|&k| checkpoint_at(k)).map(|k| read(values.get(k))));
             }
             None => {
                 // Without data all values are zero, and no bytes limit the count; some of them must be replaced.
@@ -468,6 +468,7 @@ impl Document<'_> {
         let values = self.values(view.value(), offset, accessor.count.0, component.size(), &place)?;
         let mut indices = Vec::with_capacity(accessor.count.0 as usize);
         for k in 0..accessor.count.0 as usize {
+            checkpoint_at(k);
             let vertex = index_value(component, values.get(k));
             if vertex as usize >= vertices {
                 let problem =
