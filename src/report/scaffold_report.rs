@@ -140,7 +140,7 @@ pub enum LimitOutcome {
     Kept,
     /// The value keeps it, but a bound does not.
     KeptWithinBounds,
-    /// The value breaks it.
+    /// The value breaks it, or no value within the bounds keeps it.
     Broken,
     /// There is no value to check; counts as broken.
     NoValue,

@@ -150,6 +150,50 @@ fn report_files_hold_the_metrics_of_stdout() {
 }
 
 #[test]
+fn the_error_of_a_volume_holds_on_lattices_that_repeat_with_the_raster() {
+    let folder = Folder::new();
+    let model = |name: &str| format!("{}/../../data/models/{name}.stl", env!("CARGO_MANIFEST_DIR"));
+    for (name, resolution) in [
+        ("bcc_lattice", "32"),
+        ("bcc_lattice", "64"),
+        ("bcc_lattice", "96"),
+        ("cubic_lattice", "100"),
+        ("sphere", "64"),
+    ] {
+        let file = model(name);
+        let exact = folder.volume(&["volume", &file, "--exact"]);
+        let sizes = ["--resolution", resolution, "--tortuosity-resolution", "8"];
+        let sheet = report(&folder, &[&[file.as_str()][..], &sizes].concat());
+        let metric = metric(&sheet, "volume.solid");
+        let [value, error] = ["value", "error"].map(|field| metric[field].as_f64().unwrap());
+        assert!((value - exact).abs() <= error, "{name} {resolution}: {value} ± {error}, exactly {exact}");
+    }
+}
+
+#[test]
+fn a_value_beyond_its_bounds_is_told_and_does_not_keep_a_limit_that_they_break() {
+    let folder = Folder::new();
+    let file = format!("{}/../../data/models/bcc_lattice.stl", env!("CARGO_MANIFEST_DIR"));
+    fs::write(folder.path("limits.toml"), "porosity = { max = \"82.5 %\" }\n").unwrap();
+    let run = folder.run(&[
+        "report",
+        &file,
+        "--unit",
+        "mm",
+        "--resolution",
+        "32",
+        "--tortuosity-resolution",
+        "8",
+        "--limits",
+        "limits.toml",
+        "-o",
+        "out",
+    ]);
+    let run = run.code(1).warns(&["outside its bounds", "--resolution"]);
+    assert!(run.stdout().contains("BROKEN"), "{}", run.stdout());
+}
+
+#[test]
 fn broken_limits_exit_with_one_and_wrong_limits_with_two() {
     let folder = Folder::new();
     folder.stl("a.stl", &channels());

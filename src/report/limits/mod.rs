@@ -231,9 +231,11 @@ fn judged(limit: &Limit, metric: &Metric, unit: Option<LengthUnit>) -> Result<Li
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let [value, lower, upper] = [metric.value, metric.lower, metric.upper].map(finite);
     let keeps = |value: f64| min.is_none_or(|min| value >= min) && max.is_none_or(|max| value <= max);
+    // No value between the bounds keeps it, whatever the raster says.
+    let is_beyond = |least: Option<f64>, most: Option<f64>| least.zip(most).is_some_and(|(least, most)| least > most);
     let outcome = match value {
         None => LimitOutcome::NoValue,
-        Some(value) if !keeps(value) => LimitOutcome::Broken,
+        Some(value) if !keeps(value) || is_beyond(lower, max) || is_beyond(min, upper) => LimitOutcome::Broken,
         Some(_) if [lower, upper].into_iter().flatten().all(keeps) => LimitOutcome::Kept,
         Some(_) => LimitOutcome::KeptWithinBounds,
     };
@@ -293,6 +295,23 @@ mod tests {
         assert!(!verdict.passed);
         assert_eq!((verdict.limits[0].max, verdict.limits[1].min), (Some(0.8), Some(0.41)));
         assert!(judge("porosity.min = 0.6").unwrap().passed);
+    }
+
+    #[test]
+    fn bounds_beyond_a_limit_break_it_whatever_the_value() {
+        let mut metrics = fixture::rich().metrics;
+        let porosity = metrics.iter_mut().find(|metric| metric.id == id::POROSITY.id).unwrap();
+        (porosity.value, porosity.lower, porosity.upper) = (Some(0.70), Some(0.72), Some(0.75));
+        use LimitOutcome::*;
+        for (text, outcome) in [
+            ("porosity.max = 0.71", Broken),
+            ("porosity.max = 0.73", KeptWithinBounds),
+            ("porosity.min = 0.73", Broken),
+            ("porosity.min = 0.6", Kept),
+        ] {
+            let verdict = Limits::parse(Path::new("limits.toml"), text).unwrap().judge(&metrics, None).unwrap();
+            assert_eq!((verdict.limits[0].outcome, verdict.passed), (outcome, outcome != Broken), "{text}");
+        }
     }
 
     #[test]

@@ -60,6 +60,11 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
             "the region of interest contains no part of the solid; check that both have one unit (--unit) and one place (--transform-roi)".to_owned();
         say("outside", Severity::Warning, message);
     }
+    if record.is_unresolved(id::VOLUME_SOLID) {
+        let message = "the volume from rays lies outside its bounds, and so do the metrics that follow from it: the raster is too coarse; \
+                       raise --resolution";
+        say("outside-bounds", Severity::Warning, message.to_owned());
+    }
     if let Some(thin) = record.value(id::SOLID_THICKNESS.of(Statistic::P5)).filter(|thin| *thin < 3.0 * pitch) {
         say(
             "thin-walls",

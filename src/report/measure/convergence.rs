@@ -70,7 +70,7 @@ fn watched(
     let mesh = subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
     let surface = images.surface(&facets, &region).area();
-    let porosity = 1.0 - images.volume(&region).value / region.volume();
+    let porosity = 1.0 - images.volume(&region, &[]).value / region.volume();
     let found = Balls::of(&study);
     let means = Phase::BOTH.map(|phase| {
         let widths = Distribution::of_map(&found.thickness(phase), pitch)?;

@@ -103,11 +103,12 @@ pub fn measure(
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
+    let coarser = clock.time("sampling", || subject.check_volumes(&grid, settings.fill, sampler))?;
     let study = Study { subject, settings, images: &images, region: &region, solid };
     progress.step()?;
 
     stage("rays and facets")?;
-    let drawn = clock.time("rays and facets", || rays::measure(&study, &mut record));
+    let drawn = clock.time("rays and facets", || rays::measure(&study, &coarser, &mut record));
     progress.step()?;
     stage("topology")?;
     clock.time("topology", || topology::measure(&study, &mut record));

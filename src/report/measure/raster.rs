@@ -8,7 +8,7 @@ use crate::driver::machine;
 use crate::driver::memory::{self, Cost, Limit};
 use crate::driver::raster;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
-use crate::integrate::{AxisVolume, VolumeEstimate};
+use crate::integrate::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 use crate::ldi::Ldi;
 use crate::metrics::surface_area::{Scale, SurfaceElements};
 use crate::metrics::{BoundaryCondition, Facets, Region};
@@ -84,6 +84,17 @@ impl Subject<'_> {
         let bounds = self.roi.map_or(self.solid.bounds(), |roi| roi.bounds().union(self.solid.bounds()));
         Grid::with_pitch(bounds, pitch, *LOD_RANGE.start())
             .map_err(|error| Error::input(format!("{}: {error}", self.solid.name())))
+    }
+
+    /// Returns the volumes of the solid within its region on the coarser rasters that an estimate on a grid is compared with.
+    pub fn check_volumes(
+        &self,
+        grid: &Grid,
+        fill: FillRule,
+        sampler: &dyn Sampler,
+    ) -> Result<Vec<Vec<AxisVolume>>, Error> {
+        let volumes = |pitch| Ok(self.sample(&self.grid_of_pitch(pitch)?, fill, sampler)?.axis_volumes());
+        CHECK_PITCHES.iter().map(|ratio| volumes(ratio * grid.pitch())).collect()
     }
 
     /// Rejects a periodic cell whose sides are not whole numbers of pitches.
@@ -209,14 +220,19 @@ impl<'s> Images<'s> {
         }
     }
 
+    fn axis_volumes(&self) -> Vec<AxisVolume> {
+        self.common().iter().map(AxisVolume::of).collect()
+    }
+
     /// Returns the number of unclosed rays of the solid, along all axes.
     pub fn unclosed(&self) -> usize {
         self.solid.iter().map(|image| image.unclosed().len()).sum()
     }
 
     /// Returns the volume of the solid within the region, at most that of the region: with few rays the estimate may exceed it.
-    pub fn volume(&self, region: &Region) -> VolumeEstimate {
-        let estimate = VolumeEstimate::from_axes(&self.common().each_ref().map(AxisVolume::of));
+    /// `coarser` are the [volumes of coarser rasters](Subject::check_volumes) that its error is estimated with.
+    pub fn volume(&self, region: &Region, coarser: &[Vec<AxisVolume>]) -> VolumeEstimate {
+        let estimate = VolumeEstimate::from_rasters(&self.axis_volumes(), coarser);
         VolumeEstimate { value: estimate.value.clamp(0.0, region.volume()), ..estimate }
     }
 }

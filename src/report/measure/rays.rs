@@ -4,7 +4,7 @@ use super::plots::{self, Plot};
 use super::record::Record;
 use super::{SHELLS_MEET, Shells, Study};
 use crate::grid::Axis;
-use crate::integrate::Moments;
+use crate::integrate::{AxisVolume, Moments};
 use crate::metrics::anisotropy::Crossings;
 use crate::metrics::chords::{Chords, Counted, Weighting};
 use crate::metrics::curvature::curvature;
@@ -29,12 +29,12 @@ pub struct Drawn {
 
 const NO_SURFACE: &str = "the region contains no surface";
 
-/// Records all metrics from rays and facets.
-pub fn measure(study: &Study, record: &mut Record) -> Drawn {
+/// Records all metrics from rays and facets. `coarser` are the volumes of the coarser rasters, for the error of the volume.
+pub fn measure(study: &Study, coarser: &[Vec<AxisVolume>], record: &mut Record) -> Drawn {
     let mesh = study.subject.solid.mesh();
     let facets = Facets::of(&mesh.positions, &mesh.triangles);
     let surface = study.images.surface(&facets, study.region);
-    volume(study, record);
+    volume(study, coarser, record);
     let mut drawn = Drawn { anisotropy: of_surface(study, &surface, record), ..Drawn::default() };
     of_mesh(study, &facets, record);
     for phase in Phase::BOTH {
@@ -53,8 +53,8 @@ pub fn measure(study: &Study, record: &mut Record) -> Drawn {
 }
 
 /// Records the volumes and the shares of the region that are solid and pore.
-fn volume(study: &Study, record: &mut Record) {
-    let solid = study.images.volume(study.region);
+fn volume(study: &Study, coarser: &[Vec<AxisVolume>], record: &mut Record) {
+    let solid = study.images.volume(study.region, coarser);
     let total = study.region.volume();
     record.put(id::VOLUME_TOTAL, total);
     record.put(id::VOLUME_SOLID, solid.value).error(solid.error);
