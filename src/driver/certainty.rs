@@ -160,7 +160,9 @@ pub(super) fn certify(
     }
     let unit = solids[0].unit;
     if volume.method == Method::Exact {
-        let bounds = [(volume.value - volume.error).next_down().max(0.0), (volume.value + volume.error).next_up()];
+        let [lower, upper] = [volume.value - volume.error, volume.value + volume.error];
+        // Zero without rounding is zero.
+        let bounds = [lower.next_down().max(0.0), if upper > 0.0 { upper.next_up() } else { upper }];
         let mut certified = Certified::of(&job.certainty, bounds, unit)?;
         certified.judged.iter_mut().for_each(|judged| judged.is_exact = true);
         return Ok(certified);

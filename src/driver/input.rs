@@ -513,10 +513,10 @@ fn surface_of(
                 "{name}: the mesh cannot be sampled, even with --allow-open:\n{}",
                 defects(&report)
             ))),
-            (Openness::Refused, _) => {
-                let way_out = match requirements.sides {
-                    Sides::Needed => "",
-                    Sides::NotNeeded => "; --allow-open samples it anyway",
+            (Openness::Refused | Openness::RefusedByDefault, _) => {
+                let way_out = match requirements.openness {
+                    Openness::RefusedByDefault => "; --allow-open samples it anyway",
+                    _ => "",
                 };
                 let message = format!(
                     "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` gives details{way_out}",

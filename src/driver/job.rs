@@ -31,6 +31,8 @@ pub struct Input {
 pub enum Openness {
     /// An open mesh is an error.
     Refused,
+    /// An open mesh is an error that names the option `--allow-open`.
+    RefusedByDefault,
     /// An open mesh is sampled; rays that do not close count as empty.
     Sampled,
 }

@@ -306,8 +306,15 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
         );
         return Some(Warning::new("not-resolved", message));
     }
+    let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
     let message = || {
-        let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
+        if measured.volume.method == Method::Exact {
+            return format!(
+                "the sums of the exact volume may be rounded by {much}: it is at most {}{}",
+                number(value + error),
+                unit::suffix(measured.unit, 3)
+            );
+        }
         let change = match measured.sum.is_some() {
             true => "raise --resolution",
             false => "raise --resolution or set --tolerance",
@@ -317,7 +324,9 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
             measured.grid.pitch()
         )
     };
-    (error > IMPRECISE * value).then(|| Warning::new("imprecise", message()))
+    // Two equal solids differ by nothing but the rounding of their volumes.
+    let is_nothing = measured.volume.method == Method::Exact && value == 0.0;
+    (error > IMPRECISE * value && !is_nothing).then(|| Warning::new("imprecise", message()))
 }
 
 /// Returns a warning that names the results that are not finite, which are null in JSON.

@@ -163,7 +163,10 @@ fn bad_inputs_are_named() {
     folder.run(&["clash", "a.stl", "missing.stl"]).code(2).says(&["missing.stl"]);
     folder.run(&["clash"]).code(2);
     folder.stl("open.stl", &cube(0.0, 1.0)[1..]);
-    folder.run(&["clash", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed"]);
+    let open = folder.run(&["clash", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed", "ldi-ops check"]);
+    // An option of other commands.
+    assert!(!open.stderr().contains("--allow-open"), "{}", open.stderr());
+    folder.run(&["volume", "open.stl"]).code(2).says(&["open.stl", "not closed", "--allow-open samples it"]);
     fs::create_dir(folder.path("empty")).unwrap();
     folder.run(&["clash", "a.stl", "empty"]).code(2).says(&["empty", "no mesh files"]);
     fs::write(folder.path("list.toml"), "[[part]]\nfile = \"a.stl\"\ntransform = \"turn(3)\"\n").unwrap();

@@ -64,6 +64,22 @@ fn over_and_under_enclose_the_exact_volume() {
 }
 
 #[test]
+fn equal_solids_differ_by_nothing_without_a_warning() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(5.0, 1.0));
+    for [command, other] in [["difference", "a.stl"], ["xor", "a.stl"], ["intersect", "b.stl"]] {
+        let json = folder.json(&[command, "a.stl", other, "--unit", "mm", "--bounds"]);
+        let volume = &json["volume"];
+        assert_eq!((volume["value"].as_f64(), &volume["method"]), (Some(0.0), &"exact".into()), "{command}");
+        assert_eq!(warning_codes(&json), [""; 0], "{command}");
+    }
+    // Their boxes are apart, so not even rounding is left.
+    let text = folder.run(&["intersect", "a.stl", "b.stl", "--unit", "mm", "--bounds"]).code(0).stdout();
+    assert!(text.contains("0 to 0 mm³ (certified)"), "{text}");
+}
+
+#[test]
 fn touching_cubes_share_no_volume() {
     let folder = Folder::new();
     folder.stl("a.stl", &cuboid([0.0; 3], [1.0; 3]));

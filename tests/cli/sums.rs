@@ -55,6 +55,43 @@ fn sums_of_boxes_are_boxes_in_every_mode() {
 }
 
 #[test]
+fn the_method_of_a_sum_can_be_named_and_no_other_can_be_had() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let offset = ["offset", "a.stl", "--distance", "0.5", "--resolution", "16", "--unit", "mm"];
+    let with = |flags: &[&str]| folder.run(&[&offset[..], flags].concat());
+    with(&["--exact"]).code(2).says(&["--exact", "images alone", "--bounds"]);
+    with(&["--mesh", "exact", "-o", "b.stl"]).code(2).says(&["--mesh exact", "images alone"]);
+    assert!(!folder.path("b.stl").exists());
+    with(&["--estimate", "--mesh", "sampled", "-o", "b.stl"]).code(0);
+    assert!(folder.path("b.stl").exists());
+    let text = with(&["--estimate"]).code(0).stdout();
+    let plain = with(&[]).code(0).stdout();
+    let first = |text: &str| text.lines().next().map(str::to_owned);
+    assert_eq!(first(&text), first(&plain));
+}
+
+#[test]
+fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 1.0));
+    folder.stl("b.stl", &cube(0.5, 1.0));
+    let offset = |distance: &str| {
+        let json = folder.json(&["offset", "a.stl", "--distance", distance, "--resolution", "32", "--bounds"]);
+        ["value", "lower", "upper", "at_least", "at_most", "estimate_error"].map(|name| json["volume"][name].as_f64())
+    };
+    // Nothing is left, and the bounds prove it.
+    assert_eq!(offset("-0.6"), [Some(0.0); 6]);
+    let empty = ["offset", "a.stl", "--distance", "-0.6", "--resolution", "32"];
+    folder.run(&[&empty[..], &["--bounds"]].concat()).code(0).warns(&["empty, as its bounds prove"]);
+    folder.run(&empty).code(0).warns(&["empty at a pitch", "--resolution"]);
+    let [value, lower, upper, least, most, _] = offset("0.25").map(Option::unwrap);
+    assert!((lower..=upper).contains(&value) && [least, most] == [lower, upper], "{lower} {value} {upper}");
+    let json = folder.json(&["minkowski", "a.stl", "b.stl", "--resolution", "32", "--bounds"]);
+    assert_eq!(json["volume"]["at_least"], json["volume"]["lower"]);
+}
+
+#[test]
 fn json_of_a_sum_has_the_schema_its_steps_and_memory() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));

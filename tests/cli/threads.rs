@@ -34,6 +34,14 @@ fn each_run_in_a_process_has_the_threads_that_it_asks_for() {
 }
 
 #[test]
+fn far_more_threads_than_any_machine_has_are_refused() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    folder.run(&["volume", "a.stl", "--threads", "1000000"]).code(2).says(&["--threads 1000000", "at most 1024"]);
+    folder.run(&["volume", "a.stl", "--threads", "16"]).code(0);
+}
+
+#[test]
 fn reports_of_a_process_state_the_arguments_that_the_run_was_given() {
     let folder = Folder::new();
     folder.stl("a b.stl", &cube(0.0, 2.0));

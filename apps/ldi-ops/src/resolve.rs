@@ -349,7 +349,7 @@ fn measure(
     let job = MeasureJob {
         measurement,
         unit: reading.unit,
-        openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
+        openness: if reading.allow_open { Openness::Sampled } else { Openness::RefusedByDefault },
         spacing,
         lod,
         axes: axes(sampling.kind.axis),

@@ -116,7 +116,12 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
     let between_rays = || operated.report.steps.iter().filter_map(|step| step.between_rays.as_ref());
     rays.error = rays.error.max(bias) + between_rays().map(BetweenRays::volume).sum::<f64>();
-    let volume = Volume::estimate(rays, [0.0, result_box(operation, &solids).extent().element_product()], None);
+    let possible = match certified.bounds {
+        // Over- and under-estimates lie beyond the exact volume, which the bounds are those of.
+        Some(bounds) if job.mode == Mode::Exact => bounds,
+        _ => [0.0, result_box(operation, &solids).extent().element_product()],
+    };
+    let volume = Volume::estimate(rays, possible, None);
     warnings.extend(operated.warnings);
     let steps = operated.report.steps.len();
     warnings.extend(between_rays().enumerate().filter_map(|(step, found)| {
@@ -133,7 +138,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         warnings.push(Warning::new("folded", message));
     }
     if volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0) {
-        warnings.push(empty(operation, grid.pitch()));
+        warnings.push(empty(operation, grid.pitch(), volume.possible[1] == 0.0));
     }
 
     seconds.total = start.elapsed().as_secs_f64();
@@ -374,15 +379,18 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
 }
 
 /// Returns the warning of an empty result, with the reason.
-fn empty(operation: SumOperation, pitch: f64) -> Warning {
+fn empty(operation: SumOperation, pitch: f64, is_proved: bool) -> Warning {
     let why = match operation {
         SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
         SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
         SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
         SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than the pitch".to_owned(),
     };
-    Warning::new(
-        "empty",
-        format!("the result is empty at a pitch of {pitch:.3e}: {why}; raise --resolution to find smaller parts"),
-    )
+    let message = match is_proved {
+        true => format!("the result is empty, as its bounds prove: {why}"),
+        false => {
+            format!("the result is empty at a pitch of {pitch:.3e}: {why}; raise --resolution to find smaller parts")
+        }
+    };
+    Warning::new("empty", message)
 }

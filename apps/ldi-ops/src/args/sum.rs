@@ -8,7 +8,9 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::placement::Placement;
 use ldi_ops::unit;
 
-use super::{CertaintyArguments, CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments};
+use super::{
+    CertaintyArguments, CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments, MeshChoice,
+};
 
 #[derive(Debug, Args)]
 #[command(after_help = MINKOWSKI_EXAMPLES)]
@@ -43,7 +45,7 @@ Examples:
 A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin;
 the sum moves with B. Both solids must be closed and consistently oriented; a solid that is
 inside out is reversed. --fill nonzero unites overlapping shells of one solid. The result of
---difference may be empty: a warning says so, and the volume is 0. The images along all three
+--difference may be empty: a warning says so, and --bounds proves it. The images along all three
 axes are made even if --axis names one. The JSON adds `memory` and `steps`: pairs of features,
 their primitives, the crossings of these, and the resolved gaps. --backend gpu finds the
 crossings and resolves the gaps on the GPU.";
@@ -71,7 +73,7 @@ Examples:
 
 The result has all points within the distance of the solid, or with a negative distance all
 points at least as deep inside it: an offset by a true ball, round at edges and corners. Inwards,
-thin walls vanish; if nothing is left, a warning says so and the volume is 0. --backend gpu
+thin walls vanish; if nothing is left, a warning says so, and --bounds proves it. --backend gpu
 resolves the gaps on the GPU.";
 
 #[derive(Debug, Args)]
@@ -103,11 +105,44 @@ pub struct SumArguments {
     #[command(flatten)]
     pub sampling: SumSamplingArguments,
     #[command(flatten)]
+    pub method: SumMethodArguments,
+    #[command(flatten)]
     pub certainty: CertaintyArguments,
     #[command(flatten)]
     pub writing: ImageArguments,
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// The method of the volume and of a written mesh, of which sums have one.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct SumMethodArguments {
+    /// Refused, with the reason: no sum or offset has an exact volume; --bounds encloses it
+    #[arg(long, conflicts_with = "estimate")]
+    pub exact: bool,
+    /// Take the estimate of the images, as sums and offsets always do
+    #[arg(long)]
+    pub estimate: bool,
+    /// Method of a written mesh; `sampled` is the only one of sums and offsets, and `exact` is refused with the reason
+    #[arg(long, value_enum)]
+    pub mesh: Option<MeshChoice>,
+}
+
+impl SumMethodArguments {
+    /// Returns why the method cannot be had.
+    pub fn refusal(&self) -> Option<&'static str> {
+        if self.exact {
+            return Some(
+                "--exact: the volume of a sum or an offset follows from images alone; remove --exact for an estimate, and \
+                 pass --bounds for certified bounds",
+            );
+        }
+        (self.mesh == Some(MeshChoice::Exact)).then_some(
+            "--mesh exact: the mesh of a sum or an offset follows from images alone; remove the option, and choose \
+             --resolution and --surface-error",
+        )
+    }
 }
 
 #[derive(Debug, Args)]

@@ -41,7 +41,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     let job = RenderJob {
         names,
         unit: reading.unit,
-        openness: if reading.allow_open { Openness::Sampled } else { Openness::Refused },
+        openness: if reading.allow_open { Openness::Sampled } else { Openness::RefusedByDefault },
         fill: fill(fill_choice.fill),
         backend,
         expression,

@@ -75,7 +75,7 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         limits,
         folder,
         unit,
-        openness: if allow_open { Openness::Sampled } else { Openness::Refused },
+        openness: if allow_open { Openness::Sampled } else { Openness::RefusedByDefault },
         settings,
         command_line: command_line(words),
     };

@@ -42,7 +42,10 @@ fn sum(
     unit: Option<LengthUnit>,
     rest: SumArguments,
 ) -> Result<Invocation, Error> {
-    let SumArguments { sampling, certainty, writing, common } = rest;
+    let SumArguments { sampling, method, certainty, writing, common } = rest;
+    if let Some(refusal) = method.refusal() {
+        return Err(Error::input(refusal));
+    }
     let (backend, memory) = device(sampling.device)?;
     let target = image_target(writing, MeshMethod::Sampled, sampling.kind.axis)?;
     let report = report(&common)?;
