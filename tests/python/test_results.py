@@ -173,6 +173,8 @@ def test_limits_are_kept_or_broken():
     assert (kept.passed, broken.passed) == (True, False)
     with pytest.raises(ldi.Error, match="porosty"):
         cube.metrics(limits={"porosty": {"min": 0.5}}, resolution=24)
+    with pytest.raises(TypeError, match="'porosity'.*'min'"):
+        cube.metrics(limits={"porosity": 5}, resolution=24)
 
 
 def test_clash_finds_overlaps_and_gaps():

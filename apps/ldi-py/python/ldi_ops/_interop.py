@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+from collections.abc import Mapping
 from typing import Any
 
 
@@ -66,6 +67,8 @@ def limits_as_toml(limits: dict[str, Any]) -> str:
     """Returns limits as the text of a limits file."""
     lines = []
     for metric, limit in limits.items():
+        if not isinstance(limit, Mapping):
+            raise TypeError(f"the limit of {metric!r} must be a dict with 'min', 'max' or both, not {limit!r}")
         bounds = ", ".join(f"{name} = {json.dumps(value)}" for name, value in limit.items())
         lines.append(f"{json.dumps(metric)} = {{ {bounds} }}\n")
     return "".join(lines)
