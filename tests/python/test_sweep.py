@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -98,7 +98,7 @@ def test_rows_are_the_same_bytes_through_dask(serial, tmp_path):
 
 DRIVER = """
 import multiprocessing, sys
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 import ldi_ops as ldi
 from sweep_designs import PLAN, scaffold
 
@@ -182,7 +182,14 @@ def test_workers_have_the_memory_limit_of_the_options_and_their_share_of_the_thr
     with spawned(2) as executor, ldi.options(memory="2 GB", threads=1):
         assert threads_of_worker(executor) == 1
         assert dict(results(options_of_worker, {"here": ()}, executor, 3)) == {"here": (3, 2_000_000_000)}
-    assert threads_of_worker(executor) == max(1, len(os.sched_getaffinity(0)) // 2)
+    share = max(1, len(os.sched_getaffinity(0)) // 2)
+    assert threads_of_worker(executor) == share
+    # Two workers never have more threads together than there are processors.
+    with ldi.options(threads=64):
+        assert threads_of_worker(executor) == share
+    # Of a cluster, the workers are not known.
+    with Executor() as cluster, ldi.options(threads=4):
+        assert threads_of_worker(cluster) == 4
 
 
 def test_plans_that_make_no_table_are_refused(tmp_path):

@@ -18,16 +18,18 @@ Key = TypeVar("Key")
 
 
 def threads_of_worker(executor: Executor | None) -> int | None:
-    """Returns the threads of each worker: those of the options, or the processors here divided by the workers.
+    """Returns the threads of each worker: the processors here divided by the workers, or those of the options if these are fewer.
 
-    That is 1 where the number of workers is not known.
+    Where the number of workers is not known, as on a cluster, it is that of the options, or 1.
     """
     if executor is None:
         return None
-    if current().threads is not None:
-        return current().threads
-    workers: int = getattr(executor, "_max_workers", None) or _processors()
-    return max(1, _processors() // workers)
+    asked = current().threads
+    workers: int | None = getattr(executor, "_max_workers", None)
+    if workers is None:
+        return asked or 1
+    share = max(1, _processors() // workers)
+    return share if asked is None else min(asked, share)
 
 
 def calls_at_once(executor: Executor) -> int:
