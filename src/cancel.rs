@@ -35,3 +35,22 @@ pub(crate) fn checkpoint() {
         resume_unwind(Box::new(Unwound));
     }
 }
+
+/// Returns whether work ends at a checkpoint if the operation that it belongs to is stopped already; else it ends as it should.
+#[cfg(test)]
+pub(crate) fn stops(work: impl FnOnce() + Send) -> bool {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::thread;
+
+    let work = || {
+        work_for(Arc::new(AtomicBool::new(true)));
+        catch_unwind(AssertUnwindSafe(work))
+    };
+    match thread::scope(|scope| scope.spawn(work).join().expect("panics are caught")) {
+        Ok(()) => false,
+        Err(payload) => {
+            assert!(payload.is::<Unwound>());
+            true
+        }
+    }
+}

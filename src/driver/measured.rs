@@ -93,7 +93,7 @@ pub struct Volume {
     pub exact: Option<[f64; 2]>,
     /// The estimate from the images alone, if there are any.
     pub rays: Option<VolumeEstimate>,
-    /// The least and the greatest volume that the inputs allow.
+    /// The least and the greatest volume that the inputs, and certified bounds if there are any, allow.
     pub possible: [f64; 2],
 }
 
@@ -324,8 +324,8 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
             measured.grid.pitch()
         )
     };
-    // Two equal solids differ by nothing but the rounding of their volumes.
-    let is_nothing = measured.volume.method == Method::Exact && value == 0.0;
+    // Equal solids differ by nothing but the rounding of their volumes.
+    let is_nothing = measured.volume.method == Method::Exact && value <= error;
     (error > IMPRECISE * value && !is_nothing).then(|| Warning::new("imprecise", message()))
 }
 

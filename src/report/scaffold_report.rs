@@ -132,6 +132,14 @@ pub struct LimitVerdict {
     pub outcome: LimitOutcome,
 }
 
+impl LimitVerdict {
+    /// Returns whether the limit is broken although the value keeps it: then certified bounds break it.
+    pub fn is_broken_by_bounds(&self) -> bool {
+        let keeps = |value| self.min.is_none_or(|min| value >= min) && self.max.is_none_or(|max| value <= max);
+        self.outcome == LimitOutcome::Broken && self.value.is_some_and(keeps)
+    }
+}
+
 /// The outcome of a limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -140,7 +148,7 @@ pub enum LimitOutcome {
     Kept,
     /// The value keeps it, but a bound does not.
     KeptWithinBounds,
-    /// The value breaks it, or no value within the bounds keeps it.
+    /// The value breaks it, or no value within certified bounds keeps it.
     Broken,
     /// There is no value to check; counts as broken.
     NoValue,

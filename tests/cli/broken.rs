@@ -4,6 +4,29 @@
 use crate::{Folder, Triangle, assert_near, cube, inside_out, warning_codes};
 
 #[test]
+fn solids_that_meet_themselves_are_told() {
+    let folder = Folder::new();
+    let mut pulled = cube(0.0, 1.0);
+    // One corner through the opposite face.
+    for corner in pulled.iter_mut().flatten().filter(|corner| **corner == [1.0; 3]) {
+        *corner = [0.4, 0.6, -0.5];
+    }
+    folder.stl("pulled.stl", &pulled);
+    folder.stl("two.stl", &[cube(0.0, 2.0), cube(1.0, 2.0)].concat());
+    folder.stl("apart.stl", &[cube(0.0, 1.0), cube(2.0, 1.0)].concat());
+    for (name, meets) in [("pulled.stl", true), ("two.stl", true), ("apart.stl", false)] {
+        let json = folder.json(&["check", name]);
+        let result = &json["results"][0];
+        assert_eq!(result["solid"], true, "{name}");
+        assert_eq!(warning_codes(result).contains(&"meets-itself"), meets, "{name}");
+        let run = folder.run(&["check", name]).code(0);
+        if meets {
+            run.warns(&[name, "triangles ", "touch or cross", "--fill"]);
+        }
+    }
+}
+
+#[test]
 fn a_mesh_with_a_missing_triangle_is_refused_with_all_defects() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0)[1..]);

@@ -189,8 +189,8 @@ fn a_value_beyond_its_bounds_is_told_and_does_not_keep_a_limit_that_they_break()
         "-o",
         "out",
     ]);
-    let run = run.code(1).warns(&["outside its bounds", "--resolution"]);
-    assert!(run.stdout().contains("BROKEN"), "{}", run.stdout());
+    let run = run.code(1).warns(&["outside their bounds", "porosity", "--resolution"]);
+    assert!(run.stdout().contains("BROKEN by its bounds"), "{}", run.stdout());
 }
 
 #[test]

@@ -60,7 +60,9 @@ fn the_method_of_a_sum_can_be_named_and_no_other_can_be_had() {
     folder.stl("a.stl", &cube(0.0, 2.0));
     let offset = ["offset", "a.stl", "--distance", "0.5", "--resolution", "16", "--unit", "mm"];
     let with = |flags: &[&str]| folder.run(&[&offset[..], flags].concat());
-    with(&["--exact"]).code(2).says(&["--exact", "images alone", "--bounds"]);
+    with(&["--exact"]).code(2).says(&["--exact", "images alone"]);
+    folder.run(&["open", "a.stl", "--radius", "0.1", "--exact"]).code(2).says(&["--exact", "images alone"]);
+    folder.run(&["minkowski", "a.stl", "a.stl", "--exact"]).code(2).says(&["--exact", "images alone"]);
     with(&["--mesh", "exact", "-o", "b.stl"]).code(2).says(&["--mesh exact", "images alone"]);
     assert!(!folder.path("b.stl").exists());
     with(&["--estimate", "--mesh", "sampled", "-o", "b.stl"]).code(0);

@@ -37,7 +37,7 @@ fn each_run_in_a_process_has_the_threads_that_it_asks_for() {
 fn far_more_threads_than_any_machine_has_are_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
-    folder.run(&["volume", "a.stl", "--threads", "1000000"]).code(2).says(&["--threads 1000000", "at most 1024"]);
+    folder.run(&["volume", "a.stl", "--threads", "1000000"]).code(2).says(&["--threads", "1000000", "at most 1024"]);
     folder.run(&["volume", "a.stl", "--threads", "16"]).code(0);
 }
 

@@ -98,7 +98,7 @@ def test_rows_are_the_same_bytes_through_dask(serial, tmp_path):
 
 DRIVER = """
 import multiprocessing, sys
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 import ldi_ops as ldi
 from sweep_designs import PLAN, scaffold
 

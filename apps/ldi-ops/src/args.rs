@@ -386,8 +386,10 @@ Examples:
   ldi-ops check part.stl
   ldi-ops check *.stl --json report.json
 
-The exit code is 1 if a mesh has a defect of severity error. Sampling needs only a closed mesh:
-an even number of triangles at every edge, where identical coordinates are one vertex.
+The exit code is 1 if a mesh has a defect of severity error. A warning names two triangles of a
+solid that touch or cross, if there are any: the fill rule decides what is inside where shells
+overlap. Sampling needs only a closed mesh: an even number of triangles at every edge, where
+identical coordinates are one vertex.
 
 JSON: {\"schema\", \"command\", \"inputs\", \"results\": [{\"path\", \"solid\", …}], \"warnings\"}, in the
 order of the files. If a file cannot be read, its object is {\"path\", \"error\"}, the others are
@@ -571,14 +573,25 @@ pub struct FinishArguments {
     pub recentre: bool,
 }
 
+/// Most threads of a job: ten times as many take more than a minute to start, and gain nothing.
+const MOST_THREADS: usize = 1024;
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let threads: NonZeroUsize = text.parse().map_err(|error| format!("{error}"))?;
+    match threads.get() <= MOST_THREADS {
+        true => Ok(threads),
+        false => Err(format!("at most {MOST_THREADS} threads, and best one for each processor")),
+    }
+}
+
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Common")]
 pub struct CommonArguments {
     /// Write the result as JSON to a file, or with `-` to stdout in place of the text
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
-    /// Number of threads [default: one per processor]
-    #[arg(long, value_name = "N")]
+    /// Number of threads, at most 1024 [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
     /// Print the value alone, and no progress; warnings and errors remain
     #[arg(short, long, conflicts_with = "verbose")]

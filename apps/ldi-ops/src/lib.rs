@@ -110,18 +110,10 @@ fn complain_of_each(outcome: &Outcome) {
 /// The stack of each thread, in bytes: that of the main thread of most systems, as a job runs on a thread of its pool.
 const STACK: usize = 8 << 20;
 
-/// Most threads of a job. Far more than there are processors cost time and gain none: a hundred times as many take a minute.
-const MOST_THREADS: usize = 1024;
-
 /// Starts the threads of a job: as many as requested, or one for each processor.
 fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool, Error> {
     // Zero means one thread per processor.
     let threads = threads.map_or(0, NonZeroUsize::get);
-    if threads > MOST_THREADS {
-        return Err(Error::input(format!(
-            "--threads {threads}: at most {MOST_THREADS}, and best one for each processor"
-        )));
-    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).build();
     pool.map_err(|error| Error::machine(format!("no threads could be started ({error}); try fewer --threads")))
 }

@@ -136,6 +136,7 @@ fn one_reported(report: &ScaffoldReport) -> String {
             let outcome = match limit.outcome {
                 LimitOutcome::Kept => "kept",
                 LimitOutcome::KeptWithinBounds => "kept by the value, but not by its bounds",
+                LimitOutcome::Broken if limit.is_broken_by_bounds() => "BROKEN by its bounds, though not by its value",
                 LimitOutcome::Broken => "BROKEN",
                 LimitOutcome::NoValue => "BROKEN: no value",
             };

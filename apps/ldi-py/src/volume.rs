@@ -49,7 +49,7 @@ impl Volume {
         self.0.bounds.map(|[_, upper]| upper)
     }
 
-    /// The least and the greatest value that the inputs allow.
+    /// The least and the greatest value that the inputs, and certified bounds of a sum, allow.
     #[getter]
     fn possible(&self) -> (f64, f64) {
         (self.0.possible[0], self.0.possible[1])

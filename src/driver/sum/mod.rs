@@ -116,9 +116,11 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
     let between_rays = || operated.report.steps.iter().filter_map(|step| step.between_rays.as_ref());
     rays.error = rays.error.max(bias) + between_rays().map(BetweenRays::volume).sum::<f64>();
+    let is_empty = volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0);
+    let proves_empty = is_empty && certified.bounds.is_some_and(|[_, upper]| upper == 0.0);
     let possible = match certified.bounds {
-        // Over- and under-estimates lie beyond the exact volume, which the bounds are those of.
-        Some(bounds) if job.mode == Mode::Exact => bounds,
+        // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
+        Some(bounds) if job.mode == Mode::Exact || proves_empty => bounds,
         _ => [0.0, result_box(operation, &solids).extent().element_product()],
     };
     let volume = Volume::estimate(rays, possible, None);
@@ -137,8 +139,8 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         );
         warnings.push(Warning::new("folded", message));
     }
-    if volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0) {
-        warnings.push(empty(operation, grid.pitch(), volume.possible[1] == 0.0));
+    if is_empty {
+        warnings.push(empty(operation, grid.pitch(), proves_empty));
     }
 
     seconds.total = start.elapsed().as_secs_f64();

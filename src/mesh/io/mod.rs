@@ -43,10 +43,13 @@ pub use note::{ReadNote, WriteNote};
 use placement::Scene;
 pub use write::{Written, write, write_at};
 
-/// Reaches a checkpoint at some of the many lines, faces or elements of a file, counted by `number`.
+/// Lines, faces or elements of a file from one checkpoint to the next.
+const BETWEEN_CHECKPOINTS: usize = 1 << 12;
+
+/// Reaches a checkpoint after many lines, faces or elements of a file, of which `number` are done.
 #[inline]
 fn checkpoint_at(number: usize) {
-    if number.is_multiple_of(1 << 12) {
+    if number % BETWEEN_CHECKPOINTS == BETWEEN_CHECKPOINTS - 1 {
         checkpoint();
     }
 }

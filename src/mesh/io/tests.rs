@@ -2,16 +2,12 @@
 
 use std::fs;
 use std::io::Write;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::thread;
 
 use glam::DVec3;
 
 use super::*;
-use crate::cancel::{Unwound, work_for};
+use crate::cancel::stops;
 use crate::output;
 
 fn sample_path(format: Format) -> PathBuf {
@@ -51,50 +47,52 @@ fn extensions_select_formats_in_any_case() {
     assert_eq!(error("dir.stl/part"), format!("dir.stl/part: the name has no extension; {known}"));
 }
 
-/// Returns whether a reader of bytes ends at a checkpoint once the operation that it works for is stopped.
-fn stops(bytes: &[u8], format: Format) -> bool {
-    let read = || {
-        work_for(Arc::new(AtomicBool::new(true)));
-        catch_unwind(AssertUnwindSafe(|| parse(bytes, format, &sample_path(format)).is_ok()))
-    };
-    match thread::scope(|scope| scope.spawn(read).join().unwrap()) {
-        Ok(is_read) => {
-            assert!(is_read);
-            false
-        }
-        Err(payload) => payload.is::<Unwound>(),
-    }
-}
-
 #[test]
 fn readers_of_many_elements_stop_and_those_of_few_end() {
-    let repeated = |line: &str, count: usize| line.repeat(count);
-    let large = 10_000;
-    let obj = |count| "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &repeated("f 1 2 3\n", count);
-    let off = |count| format!("OFF\n3 {count} 0\n0 0 0\n1 0 0\n0 1 0\n") + &repeated("3 0 1 2\n", count);
+    let obj = |count| "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(count);
+    let off = |count| format!("OFF\n3 {count} 0\n0 0 0\n1 0 0\n0 1 0\n") + &"3 0 1 2\n".repeat(count);
     let header = |format: &str, count: usize| {
         format!(
             "ply\nformat {format} 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
              element face {count}\nproperty list uchar int vertex_indices\nend_header\n"
         )
     };
-    let ply = |count| header("ascii", count) + "0 0 0\n1 0 0\n0 1 0\n" + &repeated("3 0 1 2\n", count);
+    let ply = |count| header("ascii", count) + "0 0 0\n1 0 0\n0 1 0\n" + &"3 0 1 2\n".repeat(count);
     let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
-    let stl = |count| "solid a\n".to_owned() + &repeated(facet, count) + "endsolid a\n";
-    let texts: [(Format, &dyn Fn(usize) -> String); 4] =
-        [(Format::Obj, &obj), (Format::Off, &off), (Format::Ply, &ply), (Format::Stl, &stl)];
-    for (format, text) in texts {
-        assert!(stops(text(large).as_bytes(), format), "{format:?}");
-    }
-    assert!(!stops(off(4).as_bytes(), Format::Off));
+    let stl = |count| "solid a\n".to_owned() + &facet.repeat(count) + "endsolid a\n";
     // Quadrilaterals, which the general reader of binary PLY takes one by one.
-    let mut binary = header("binary_little_endian", large).into_bytes();
-    binary.extend(
-        [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()),
-    );
-    let face = [4].into_iter().chain([0i32, 1, 2, 1].into_iter().flat_map(i32::to_le_bytes));
-    (0..large).for_each(|_| binary.extend(face.clone()));
-    assert!(stops(&binary, Format::Ply));
+    let binary = |count| {
+        let mut bytes = header("binary_little_endian", count).into_bytes();
+        let corners = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        bytes.extend(corners.as_flattened().iter().flat_map(|coordinate| coordinate.to_le_bytes()));
+        let face: Vec<u8> = [4].into_iter().chain([0i32, 1, 2, 1].into_iter().flat_map(i32::to_le_bytes)).collect();
+        bytes.extend(face.repeat(count));
+        bytes
+    };
+    let glb = |count: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.glb");
+        let positions = (0..count + 2).map(|i| DVec3::new(i as f64, (i * i % 7) as f64, 0.0)).collect();
+        let triangles = (0..count as u32).map(|i| [i, i + 1, i + 2]).collect();
+        write(&path, &TriangleMesh { positions, triangles }, None).unwrap();
+        fs::read(path).unwrap()
+    };
+    type Bytes<'a> = &'a dyn Fn(usize) -> Vec<u8>;
+    let files: [(Format, Bytes); 6] = [
+        (Format::Obj, &|count| obj(count).into()),
+        (Format::Off, &|count| off(count).into()),
+        (Format::Ply, &|count| ply(count).into()),
+        (Format::Ply, &binary),
+        (Format::Stl, &|count| stl(count).into()),
+        (Format::Glb, &glb),
+    ];
+    for (format, file) in files {
+        for (count, is_large) in [(20, false), (10_000, true)] {
+            let bytes = file(count);
+            let read = || drop(parsed(&bytes, format));
+            assert_eq!(stops(read), is_large, "{format:?}, {count} triangles");
+        }
+    }
 }
 
 #[test]

@@ -49,6 +49,12 @@ pub const ALIASES: [(&str, MetricId); 20] = [
     ("Conn.D", id::CONNECTIVITY),
 ];
 
+/// Metrics with certified bounds, which decide about a limit that no value between them keeps.
+const CERTIFIED: [MetricId; 3] = [id::VOLUME_SOLID, id::VOLUME_FRACTION, id::POROSITY];
+
+/// Rounding of bounds to lattices, as a share.
+const ROUNDED: f64 = 1e-6;
+
 /// Number of known ids that an error lists, the nearest first.
 const NAMED: usize = 12;
 
@@ -231,8 +237,12 @@ fn judged(limit: &Limit, metric: &Metric, unit: Option<LengthUnit>) -> Result<Li
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let [value, lower, upper] = [metric.value, metric.lower, metric.upper].map(finite);
     let keeps = |value: f64| min.is_none_or(|min| value >= min) && max.is_none_or(|max| value <= max);
-    // No value between the bounds keeps it, whatever the raster says.
-    let is_beyond = |least: Option<f64>, most: Option<f64>| least.zip(most).is_some_and(|(least, most)| least > most);
+    // No value between certified bounds keeps it, whatever the raster says.
+    let is_certified = CERTIFIED.iter().any(|certified| certified.id == metric.id);
+    let is_beyond = |least: Option<f64>, most: Option<f64>| {
+        let beyond = |(least, most): (f64, f64)| least - most > ROUNDED * least.abs();
+        is_certified && least.zip(most).is_some_and(beyond)
+    };
     let outcome = match value {
         None => LimitOutcome::NoValue,
         Some(value) if !keeps(value) || is_beyond(lower, max) || is_beyond(min, upper) => LimitOutcome::Broken,

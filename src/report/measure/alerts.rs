@@ -60,10 +60,15 @@ pub fn of(study: &Study, record: &Record, convergence: &[Convergence]) -> Vec<Al
             "the region of interest contains no part of the solid; check that both have one unit (--unit) and one place (--transform-roi)".to_owned();
         say("outside", Severity::Warning, message);
     }
-    if record.is_unresolved(id::VOLUME_SOLID) {
-        let message = "the volume from rays lies outside its bounds, and so do the metrics that follow from it: the raster is too coarse; \
-                       raise --resolution";
-        say("outside-bounds", Severity::Warning, message.to_owned());
+    let with_bounds = [id::VOLUME_TOTAL, id::VOLUME_SOLID, id::VOLUME_FRACTION, id::POROSITY];
+    let outside: Vec<&str> = with_bounds.into_iter().filter(|&id| record.is_unresolved(id)).map(|id| id.id).collect();
+    if !outside.is_empty() {
+        let names = outside.join(", ");
+        let message = format!(
+            "values from rays lie outside their bounds ({names}), as may all metrics that follow from them: the raster is too coarse; \
+             raise --resolution"
+        );
+        say("outside-bounds", Severity::Warning, message);
     }
     if let Some(thin) = record.value(id::SOLID_THICKNESS.of(Statistic::P5)).filter(|thin| *thin < 3.0 * pitch) {
         say(

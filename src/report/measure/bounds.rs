@@ -19,6 +19,9 @@ use crate::sampler::{FillRule, Mode, Sampler};
 /// Most cubes along the longest side for volumes.
 const FINEST: u32 = 1024;
 
+/// Difference of the lattices that a value and its bounds are rounded to, as a share.
+const ROUNDED: f64 = 1e-6;
+
 /// Adds bounds to volume, porosity, percolation and the thinnest wall.
 pub fn measure(study: &Study, sampler: &dyn Sampler, clock: &mut Clock, record: &mut Record) -> Result<(), Error> {
     clock.time("bounds of volume", || volumes(study, sampler, record))?;
@@ -80,7 +83,8 @@ fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<
         let value = record.value(id);
         if let Some(entry) = record.found(id) {
             entry.bounds(Some(lower), Some(upper));
-            if value.is_some_and(|value| value < lower || value > upper) {
+            let slack = ROUNDED * upper;
+            if value.is_some_and(|value| value < lower - slack || value > upper + slack) {
                 entry.unresolved(
                     "the value from rays lies outside its bounds: the raster is too coarse; raise --resolution",
                 );

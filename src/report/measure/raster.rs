@@ -233,6 +233,8 @@ impl<'s> Images<'s> {
     /// `coarser` are the [volumes of coarser rasters](Subject::check_volumes) that its error is estimated with.
     pub fn volume(&self, region: &Region, coarser: &[Vec<AxisVolume>]) -> VolumeEstimate {
         let estimate = VolumeEstimate::from_rasters(&self.axis_volumes(), coarser);
-        VolumeEstimate { value: estimate.value.clamp(0.0, region.volume()), ..estimate }
+        let value = estimate.value.clamp(0.0, region.volume());
+        let farthest = value.max(region.volume() - value);
+        VolumeEstimate { value, error: (estimate.error + (value - estimate.value).abs()).min(farthest) }
     }
 }

@@ -57,6 +57,7 @@ impl LimitRow {
         let (state, sign, outcome) = match limit.outcome {
             LimitOutcome::Kept => ("kept", "✓", "kept"),
             LimitOutcome::KeptWithinBounds => ("within", "≈", "kept, but a bound is not"),
+            LimitOutcome::Broken if limit.is_broken_by_bounds() => ("broken", "✗", "broken by its bounds"),
             LimitOutcome::Broken => ("broken", "✗", "broken"),
             LimitOutcome::NoValue => ("broken", "–", "no value"),
         };

@@ -45,7 +45,7 @@ Examples:
 A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin;
 the sum moves with B. Both solids must be closed and consistently oriented; a solid that is
 inside out is reversed. --fill nonzero unites overlapping shells of one solid. The result of
---difference may be empty: a warning says so, and --bounds proves it. The images along all three
+--difference may be empty: a warning says so; --bounds limits what may be left. The images along all three
 axes are made even if --axis names one. The JSON adds `memory` and `steps`: pairs of features,
 their primitives, the crossings of these, and the resolved gaps. --backend gpu finds the
 crossings and resolves the gaps on the GPU.";
@@ -73,8 +73,8 @@ Examples:
 
 The result has all points within the distance of the solid, or with a negative distance all
 points at least as deep inside it: an offset by a true ball, round at edges and corners. Inwards,
-thin walls vanish; if nothing is left, a warning says so, and --bounds proves it. --backend gpu
-resolves the gaps on the GPU.";
+thin walls vanish; if nothing is left, a warning says so, and --bounds limits what may be left.
+--backend gpu resolves the gaps on the GPU.";
 
 #[derive(Debug, Args)]
 #[command(after_help = BALL_EXAMPLES)]
@@ -118,7 +118,7 @@ pub struct SumArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
 pub struct SumMethodArguments {
-    /// Refused, with the reason: no sum or offset has an exact volume; --bounds encloses it
+    /// Refused, with the reason: no sum or offset has an exact volume
     #[arg(long, conflicts_with = "estimate")]
     pub exact: bool,
     /// Take the estimate of the images, as sums and offsets always do
@@ -134,8 +134,7 @@ impl SumMethodArguments {
     pub fn refusal(&self) -> Option<&'static str> {
         if self.exact {
             return Some(
-                "--exact: the volume of a sum or an offset follows from images alone; remove --exact for an estimate, and \
-                 pass --bounds for certified bounds",
+                "--exact: the volume of a sum or an offset follows from images alone; remove --exact for an estimate",
             );
         }
         (self.mesh == Some(MeshChoice::Exact)).then_some(

@@ -6,7 +6,7 @@ use glam::DVec3;
 use ldi_ops::driver::input;
 use ldi_ops::driver::size;
 use ldi_ops::mesh::check::{MeshReport, check};
-use ldi_ops::mesh::{Aabb, LengthUnit};
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, TriangleMesh, Unproved, prove_simple};
 use ldi_ops::{Error, Warning};
 
 use super::{Each, Finished, Outcome, Refused, say_warnings};
@@ -20,7 +20,7 @@ pub struct Checked {
     pub sha256: Option<String>,
     pub unit: Option<LengthUnit>,
     pub report: MeshReport,
-    /// The warnings of the reader.
+    /// The warnings of the reader, and those about a solid that meets itself.
     pub warnings: Vec<Warning>,
 }
 
@@ -52,5 +52,20 @@ fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Error> {
     let extent = report.bounds.map_or(DVec3::ZERO, Aabb::extent);
     warnings.extend(size::unit_ignored(path, read.file.unit, job.unit, extent));
     let unit = read.file.unit.or(job.unit);
+    if report.is_solid() {
+        warnings.extend(meets_itself(path, read.file.mesh));
+    }
     Ok(Checked { path: path.to_path_buf(), sha256: read.sha256, unit, report, warnings })
+}
+
+/// Returns a warning if triangles of a solid meet elsewhere than in corners and sides that they share.
+fn meets_itself(path: &Path, mesh: TriangleMesh) -> Option<Warning> {
+    let closed = ClosedMesh::check(mesh).ok()?;
+    let why @ Unproved::TrianglesMeet { .. } = prove_simple(&closed).err()? else { return None };
+    let message = format!(
+        "{}: {why}: where the surface passes through itself, the fill rule decides what is inside (--fill); where one of its shells does, \
+         volumes are estimates",
+        path.display()
+    );
+    Some(Warning::new("meets-itself", message))
 }
