@@ -74,6 +74,11 @@ fn equal_solids_differ_by_nothing_without_a_warning() {
         assert_eq!((volume["value"].as_f64(), &volume["method"]), (Some(0.0), &"exact".into()), "{command}");
         assert_eq!(warning_codes(&json), [""; 0], "{command}");
     }
+    // Of round solids, rounding is left.
+    let sphere = format!("{}/../../data/models/sphere.stl", env!("CARGO_MANIFEST_DIR"));
+    let json = folder.json(&["difference", &sphere, &sphere, "--unit", "mm"]);
+    assert!(json["volume"]["value"].as_f64() <= json["volume"]["estimate_error"].as_f64());
+    assert_eq!(warning_codes(&json), [""; 0]);
     // Their boxes are apart, so not even rounding is left.
     let text = folder.run(&["intersect", "a.stl", "b.stl", "--unit", "mm", "--bounds"]).code(0).stdout();
     assert!(text.contains("0 to 0 mm³ (certified)"), "{text}");
