@@ -88,9 +88,11 @@ def test_results_do_not_depend_on_the_thread_that_asks():
     assert len(volumes) == 4 and len(set(volumes)) == 1
 
 
-# A shell starts what runs in its background with SIGINT ignored, and Python then leaves it so.
+# A shell starts what runs in its background with SIGINT ignored, and Python then leaves it so. NumPy is imported before the first
+# result needs it, because an interrupt within its import ends in its own ImportError.
 INTERRUPTED = """
 import signal, sys, time
+import numpy
 import ldi_ops as ldi
 signal.signal(signal.SIGINT, signal.default_int_handler)
 shape = {setup}
