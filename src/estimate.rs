@@ -5,7 +5,7 @@ use std::fmt;
 use crate::driver::certainty::{Side, Verdict};
 use crate::driver::measured::{Method, Volume};
 use crate::mesh::LengthUnit;
-use crate::number::{number, plain};
+use crate::number::{number, outwards, plain};
 use crate::unit;
 
 /// A value, its error and its unit. `Display` prints only the digits that the error makes significant: `317.118 ± 0.094 mm³`.
@@ -56,7 +56,7 @@ impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unit = unit::suffix(self.unit, self.power);
         if self.is_unresolved {
-            let [least, greatest] = self.possible.map(number);
+            let [least, greatest] = outwards(self.possible);
             return write!(f, "at least {least} and at most {greatest}{unit}: not resolved");
         }
         match self.method {

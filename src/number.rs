@@ -26,6 +26,22 @@ pub fn digits(value: f64, digits: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).to_owned()
 }
 
+/// Two bounds with seven digits or so, the lower one rounded down and the upper one up, except by what `f64` rounds.
+pub fn outwards([lower, upper]: [f64; 2]) -> [String; 2] {
+    let away = |bound: f64, sign: f64| {
+        let text = number(bound);
+        let beyond = sign * (text.parse().unwrap_or(bound) - bound);
+        if beyond >= -1e-12 * bound.abs() || !bound.is_finite() {
+            return text;
+        }
+        let last = bound.abs().log10().floor() - 6.0;
+        let last = if plain(bound) { last.min(0.0) } else { last };
+        // Half of the last digit farther, the nearest number is the next one.
+        number(bound + sign * 0.5 * 10f64.powf(last))
+    };
+    [away(lower, -1.0), away(upper, 1.0)]
+}
+
 /// A decimal number without zeros at its end.
 pub fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
@@ -44,5 +60,18 @@ mod tests {
     fn numbers_have_no_redundant_zeros() {
         assert_eq!([0.0, -0.0, 0.5, -2.0, 7.772e-15].map(number), ["0", "0", "0.5", "-2", "7.772e-15"]);
         assert_eq!([1e9, 1.25e10].map(number), ["1e9", "1.25e10"]);
+    }
+
+    #[test]
+    fn bounds_of_seven_digits_are_rounded_outwards() {
+        assert_eq!(outwards([0.0, 1000.0]), ["0", "1000"]);
+        assert_eq!(outwards([1.0 / 3.0, 2.0 / 3.0]), ["0.3333333", "0.6666667"]);
+        assert_eq!(outwards([2.0 / 3.0, 4.0 / 3.0]), ["0.6666666", "1.333334"]);
+        assert_eq!(outwards([1.234_567_89e-7, 9_999_999.9]), ["1.234567e-7", "10000000"]);
+        assert_eq!(outwards([12_345_678.6, 123_456_789.4]), ["12345678", "123456790"]);
+        assert_eq!(outwards([-1.0 / 3.0, 1.234_567_81e9]), ["-0.3333334", "1.234568e9"]);
+        // The sum is a little above 0.3.
+        assert_eq!(outwards([0.3, 0.1 + 0.2]), ["0.3", "0.3"]);
+        assert_eq!(outwards([0.0, f64::INFINITY]), ["0", "inf"]);
     }
 }

@@ -66,7 +66,7 @@ impl ImageFile {
         if self.images.len() < 3 {
             let axes: Vec<&str> = self.images.iter().map(|image| image.axis().name()).collect();
             return Err(Error::input(format!(
-                "{}: a mesh needs images along all three axes; the file holds {} only",
+                "{}: a mesh needs images along all three axes; the file holds {} only; sample with --axis all",
                 path.display(),
                 axes.join(" and ")
             )));

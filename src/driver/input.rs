@@ -18,7 +18,7 @@ use super::{bytes, machine, size, surface};
 use crate::error::OpenMesh;
 use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
-use crate::mesh::io::{self, Format, MeshFile, ReadError, ReadNote};
+use crate::mesh::io::{self, Format, FormatError, MeshFile, ReadError, ReadNote};
 use crate::mesh::{Aabb, ClosedMesh, Fold, LengthUnit, NotClosed, Precision, TriangleMesh};
 use crate::progress::Monitor;
 use crate::sampler::FillRule;
@@ -154,10 +154,23 @@ pub struct ReadMesh {
     pub warnings: Vec<Warning>,
 }
 
+/// Returns the format of a mesh to read, by its name.
+///
+/// # Errors
+/// Names without an extension of a known format.
+pub fn format_of(path: &Path) -> Result<Format, Error> {
+    Format::from_path(path).map_err(|error| match error {
+        FormatError::NoExtension { .. } | FormatError::Unknown { .. } if cfg!(feature = "npz") => {
+            Error::input(format!("{error}, and images in .npz"))
+        }
+        error => Error::input(error),
+    })
+}
+
 /// Reads a mesh file, or a file of images, whose surface becomes the mesh.
 pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
     let is_images = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"));
-    let format = if is_images { None } else { Some(Format::from_path(path).map_err(Error::input)?) };
+    let format = if is_images { None } else { Some(format_of(path)?) };
     if let Some(format) = format {
         io::examine(path, format).map_err(Error::input)?;
     }

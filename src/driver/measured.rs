@@ -21,7 +21,7 @@ use crate::integrate::VolumeEstimate;
 use crate::ldi::Ldi;
 use crate::mesh::LengthUnit;
 use crate::minkowski::{CullCounts, ResolveCounts};
-use crate::number::number;
+use crate::number::{number, outwards};
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, Mode};
 use crate::unit;
@@ -201,6 +201,11 @@ impl SumReport {
     pub fn memory_estimate(&self) -> u64 {
         self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
     }
+
+    /// Returns what was found between the rays, of each step that was searched.
+    pub fn between_rays(&self) -> impl Iterator<Item = &BetweenRays> {
+        self.steps.iter().filter_map(|step| step.between_rays.as_ref())
+    }
 }
 
 /// The report of a step.
@@ -297,30 +302,22 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
     }
     if measured.volume.is_unresolved() {
         let unit = unit::suffix(measured.unit, 3);
+        let [least, greatest] = outwards([least, greatest]);
         let message = format!(
-            "no ray at a pitch of {:.3e} meets the result: its volume is at least {} and at most {}{unit}; raise --resolution to \
-             resolve it",
+            "no ray at a pitch of {:.3e} meets the result: its volume is at least {least} and at most {greatest}{unit}; raise \
+             --resolution to resolve it",
             measured.grid.pitch(),
-            number(least),
-            number(greatest),
         );
         return Some(Warning::new("not-resolved", message));
     }
     let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
     let message = || {
         if measured.volume.method == Method::Exact {
-            return format!(
-                "the sums of the exact volume may be rounded by {much}: it is at most {}{}",
-                number(value + error),
-                unit::suffix(measured.unit, 3)
-            );
+            let ([_, most], unit) = (outwards([0.0, value + error]), unit::suffix(measured.unit, 3));
+            return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
         }
-        let change = match measured.sum.is_some() {
-            true => "raise --resolution",
-            false => "raise --resolution or set --tolerance",
-        };
         format!(
-            "the volume may be off by {much}: too few rays meet the solid at a pitch of {:.3e}; {change}",
+            "the volume may be off by {much}: too few rays meet the solid at a pitch of {:.3e}; raise --resolution or set --tolerance",
             measured.grid.pitch()
         )
     };

@@ -170,7 +170,7 @@ pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
     let rays = factor.map_or(0.0, |factor| (longest / (factor * grid.pitch())).floor());
     match rays >= 1.0 {
         true => format!("--resolution {rays}, a pitch of {}, would fit", number(longest / rays)),
-        false => "no raster would fit".to_owned(),
+        false => "no raster would fit; raise --memory".to_owned(),
     }
 }
 
@@ -302,7 +302,7 @@ pub fn admit_mesh(samples: u64, grid: &Grid, is_simplified: bool, limit: Limit) 
     let otherwise = if is_simplified { "; --surface-error 0, the full mesh, takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {
         Some(factor) => format!("{:.0} % of the --resolution would fit{otherwise}", (100.0 / factor).floor()),
-        None => format!("no raster would fit{otherwise}"),
+        None => format!("no raster would fit; raise --memory{otherwise}"),
     })
 }
 

@@ -5,8 +5,9 @@ use std::fmt::Display;
 use super::input::Solid;
 use super::job::Spacing;
 use crate::Error;
-use crate::grid::Grid;
+use crate::grid::{Grid, GridError, RAYS_MAX};
 use crate::mesh::Aabb;
+use crate::number::outwards;
 
 /// Lays a raster around the box of `name`, which errors state.
 ///
@@ -18,7 +19,14 @@ pub fn lay(bounds: Aabb, spacing: Spacing, lod: u32, name: impl Display) -> Resu
         Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, lod),
         Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
     };
-    grid.map_err(|error| Error::input(format!("{name}: {error}")))
+    grid.map_err(|error| match (&error, spacing) {
+        (GridError::Resolution { .. }, Spacing::Pitch(_)) => {
+            // One ray fewer, as the square of the most exceeds what an image can hold.
+            let [_, least] = outwards([0.0, bounds.extent().max_element() / f64::from(RAYS_MAX - 1)]);
+            Error::input(format!("{name}: {error}; the least --pitch is {least}"))
+        }
+        _ => Error::input(format!("{name}: {error}")),
+    })
 }
 
 /// Returns the box around all solids.
