@@ -18,7 +18,7 @@ use crate::voxels;
 /// A file to read, and where to place its mesh.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// The name in an expression.
+    /// The name in an expression, or of a part.
     pub name: Option<String>,
     /// The file.
     pub path: PathBuf,

@@ -49,6 +49,25 @@ fn contacts_are_findings_unless_they_are_allowed() {
 }
 
 #[test]
+fn parts_and_folders_can_be_placed() {
+    let folder = with_parts();
+    let first = |arguments: &[&str]| {
+        let run = folder.run(&[&["clash"], arguments, &["--clearance", "9", "--json", "-"]].concat()).code(1);
+        let pair = &run.json()["pairs"][0];
+        (pair["state"].as_str().unwrap().to_owned(), pair["distance"].as_f64())
+    };
+    let apart = ("separate".to_owned(), Some(1.0));
+    assert_eq!(first(&["a.stl", "a.stl", "--transform-b", "translate(3,0,0)"]), apart);
+    assert_eq!(first(&["a.stl", "a.stl", "--transform-a", "translate(0,-3,0)"]), apart);
+    assert_eq!(first(&["a.stl", "far.stl", "a.stl", "--transform", "c=translate(0,0,3)"]), apart);
+    fs::create_dir(folder.path("parts")).unwrap();
+    fs::rename(folder.path("touching.stl"), folder.path("parts/touching.stl")).unwrap();
+    assert_eq!(first(&["a.stl", "parts", "--transform-b", "translate(0,1,0)"]), apart);
+    let wrong = ["clash", "a.stl", "parts", "--transform", "c=scale(2)"];
+    folder.run(&wrong).code(2).says(&["--transform c=…: no input is named `c`; the inputs are a, b"]);
+}
+
+#[test]
 fn turned_parts_touch_although_their_corners_are_rounded() {
     let folder = with_parts();
     let place = "rotate(1,2,3,40) translate(5,6,7)";

@@ -144,6 +144,14 @@ fn inputs_are_placed_by_name() {
     assert_near(list(&["--transform", "c=translate(0,1,0)"]), 4.0, 1e-6);
     let three = ["--transform-a", "translate(1,0,0)", "--transform", "b=translate(0,1,0)", "--transform", "c=scale(2)"];
     assert_near(list(&three), 2.0, 1e-6);
+    // The short flags mean the inputs with these names.
+    let minus = ["csg", "b - a", "b=a.stl", "a=a.stl", "--transform-a"];
+    assert_near(common(&[&minus[..], &["scale(0.5)"]].concat()), 7.0, 1e-6);
+    assert_near(common(&[&minus[..], &["scale(0.5)", "--transform-b", "scale(2)"]].concat()), 63.0, 1e-6);
+    let csg = ["csg", "one & two", "one=a.stl", "two=a.stl", "--transform-b", "scale(2)"];
+    folder.run(&csg).code(2).says(&["--transform-b: no input is named `b`; the inputs are one, two"]);
+    let picture = ["render", "a.stl", "-o", "a.png", "--transform-b", "scale(2)"];
+    folder.run(&picture).code(2).says(&["--transform-b: no input is named `b`; the inputs are a"]);
     for (rest, words) in [
         (&["--transform", "d=scale(2)"][..], &["no input is named `d`; the inputs are a, b, c"][..]),
         (&["--transform-b", "scale(2)", "--transform", "b=scale(2)"], &["`b` has a placement already"]),

@@ -96,6 +96,14 @@ fn impossible_outputs_are_refused_before_inputs_are_read() {
         folder.run(&["union", "a.stl", "missing.stl", "-o", target]).code(2).says(words);
         folder.run(&["sample", "missing.stl", "-o", target]).code(2).says(words);
     }
+    for (target, words) in [
+        ("b.gltf", &["cannot write glTF", ".3mf"][..]),
+        ("b.npz", &["b.npz: `.npz` is not a mesh format to write; -o takes .stl, .obj, .ply, .off, .glb or .3mf"]),
+        ("b", &["no extension", "-o takes .stl"]),
+    ] {
+        folder.run(&["convert", "missing.stl", "-o", target]).code(2).says(words);
+    }
+    folder.run(&["volume", "a.vti"]).code(2).says(&["a.vti: `.vti` is not a supported", ".3mf, and images in .npz"]);
     folder
         .run(&["volume", "missing.stl", "--json", "nowhere/a.json"])
         .code(2)

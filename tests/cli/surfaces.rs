@@ -226,7 +226,11 @@ fn impossible_mesh_outputs_are_refused() {
     folder.run(&["sample", "a.stl", "--simplify", "0.1h", "-o", "a.npz"]).code(2).says(&["--surface-error", "meshes"]);
     folder.run(&["sample", "a.stl", "--simplify", "2x", "-o", "a.stl"]).code(2).says(&["0.1h"]);
     folder.run(&["sample", "a.stl", "--axis", "x", "--resolution", "8", "-o", "x.npz"]).code(0);
-    folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&["x.npz", "all three axes", "x only"]);
+    folder.run(&["surface", "x.npz", "-o", "x.stl"]).code(2).says(&[
+        "x.npz",
+        "all three axes",
+        "x only; sample with --axis all",
+    ]);
     folder.run(&["surface", "a.stl", "-o", "x.stl"]).code(2).says(&["a.stl"]);
     folder.run(&["surface", "none.npz", "-o", "x.stl"]).code(2).says(&["none.npz", "No such file"]);
 }

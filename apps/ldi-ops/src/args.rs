@@ -22,7 +22,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::certainty::CertaintyArguments;
-pub use self::clash::{ClashArguments, ComparisonArguments, RuleArguments};
+pub use self::clash::{ClashArguments, ComparisonArguments, PartPlacingArguments, RuleArguments};
 pub use self::manual::{CompletionsArguments, ManArguments};
 pub use self::memory::MemorySize;
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
@@ -223,9 +223,7 @@ pub struct CsgArguments {
     #[arg(required = true, value_name = "NAME=FILE")]
     pub solids: Vec<NamedFile>,
     #[command(flatten)]
-    pub reading: ReadingArguments,
-    #[command(flatten)]
-    pub named: NamedPlacingArguments,
+    pub placing: ListPlacingArguments,
     #[command(flatten)]
     pub operation: OperationArguments,
 }
@@ -235,6 +233,7 @@ Examples:
   ldi-ops csg 'a & (b | c)' a=a.stl b=b.stl c=c.stl --unit mm
   ldi-ops csg 'scaffold & bone - hole' scaffold=scaffold.stl bone=bone.stl hole=drill.stl
   ldi-ops csg 'a - b - c' a=block.stl b=drill.stl c=drill.stl --transform c='translate(9,0,0)'
+  ldi-ops csg 'a & b' a=a.stl b=b.stl --transform-b 'rotate(0,0,1,30)'
 
 Operators by precedence, the highest first; equal ones are evaluated from left to right:
   a - b   difference: in a and not in b
@@ -242,10 +241,10 @@ Operators by precedence, the highest first; equal ones are evaluated from left t
   a ^ b   symmetric difference: in exactly one
   a | b   union: in either
 The precedence is that of sets in Python: a | b & c - d is a | (b & (c - d)). Names consist of
-letters, digits and _. The expression must use every input, and may use one more than once. All
-inputs are evaluated in one pass along each ray, without intermediate images. An over-estimate
-subtracts under-estimates, so that it remains an over-estimate. The JSON adds `expression`, and
-`name` to each of `inputs`.";
+letters, digits and _. The expression must use every input, and may use one more than once.
+--transform-a and --transform-b place the inputs named a and b. All inputs are evaluated in one
+pass along each ray, without intermediate images. An over-estimate subtracts under-estimates, so
+that it remains an over-estimate. The JSON adds `expression`, and `name` to each of `inputs`.";
 
 #[derive(Debug, Args)]
 #[command(after_help = VOLUME_EXAMPLES)]

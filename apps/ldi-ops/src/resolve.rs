@@ -23,7 +23,7 @@ use ldi_ops::excerpt;
 use ldi_ops::grid::{Axis, LOD_RANGE, RAYS_MAX};
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::mesh::io::{Format, WriteError};
+use ldi_ops::mesh::io::{Format, FormatError, WriteError};
 use ldi_ops::placement::Placement;
 use ldi_ops::report::ReportJob;
 use ldi_ops::report::sweep::SweepJob;
@@ -249,26 +249,21 @@ fn invocation(job: Job, common: &CommonArguments) -> Invocation {
 fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Error> {
     let args::ListOfSolids { a, others, placing, operation: rest } = arguments;
     let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
-    let paths: Vec<PathBuf> = [a].into_iter().chain(others).collect();
-    let names: Vec<String> = (0..paths.len()).map(letters).collect();
-    let mut placements = vec![None; paths.len()];
-    (placements[0], placements[1]) = (transform_a, transform_b);
-    place(&names, &mut placements, named.transforms)?;
-    let inputs = paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement });
+    let inputs = placed([a].into_iter().chain(others).collect(), [transform_a, transform_b], named)?;
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
     let args::OperationArguments { sampling, method: choice, certainty, writing, mesh, common } = rest;
     let sampling = (sampling, method(&choice), certainty.into());
-    measure(Measurement::Boolean(boolean), inputs.collect(), reading, sampling, (writing, mesh), common)
+    measure(Measurement::Boolean(boolean), inputs, reading, sampling, (writing, mesh), common)
 }
 
 /// Resolves `csg`: an expression over named inputs.
 fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
-    let args::CsgArguments { expression: text, solids, reading, named, operation } = arguments;
+    let args::CsgArguments { expression: text, solids, placing, operation } = arguments;
+    let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
     let expression = parsed(&text, &names)?;
-    let mut placements = vec![None; names.len()];
-    place(&names, &mut placements, named.transforms)?;
+    let placements = placements(&names, [transform_a, transform_b], named)?;
     let inputs = names.into_iter().zip(paths).zip(placements);
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
@@ -300,24 +295,40 @@ fn letters(index: usize) -> String {
     name
 }
 
-/// Assigns placements to inputs by name.
-fn place(
+/// Returns files as inputs, each with the placement of its letter.
+fn placed(
+    paths: Vec<PathBuf>,
+    first_two: [Option<Placement>; 2],
+    named: args::NamedPlacingArguments,
+) -> Result<Vec<Input>, Error> {
+    let names: Vec<String> = (0..paths.len()).map(letters).collect();
+    let placements = placements(&names, first_two, named)?;
+    Ok(paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement }).collect())
+}
+
+/// Returns the placements of inputs by their names; `first_two` are those of `--transform-a` and `--transform-b`.
+fn placements(
     names: &[String],
-    placements: &mut [Option<Placement>],
-    transforms: Vec<args::NamedPlacement>,
-) -> Result<(), Error> {
-    for args::NamedPlacement { name, placement } in transforms {
+    first_two: [Option<Placement>; 2],
+    named: args::NamedPlacingArguments,
+) -> Result<Vec<Option<Placement>>, Error> {
+    let mut placements = vec![None; names.len()];
+    let short = ["a", "b"].into_iter().zip(first_two);
+    let short =
+        short.filter_map(|(name, placement)| Some((format!("--transform-{name}"), name.to_owned(), placement?)));
+    let named = named.transforms.into_iter();
+    let named =
+        named.map(|args::NamedPlacement { name, placement }| (format!("--transform {name}=…"), name, placement));
+    for (flag, name, placement) in short.chain(named) {
         let Some(i) = names.iter().position(|known| *known == name) else {
-            let names = names.join(", ");
-            return Err(Error::input(format!(
-                "--transform {name}=…: no input is named `{name}`; the inputs are {names}"
-            )));
+            let known = if names.is_empty() { String::new() } else { format!("; the inputs are {}", names.join(", ")) };
+            return Err(Error::input(format!("{flag}: no input is named `{name}`{known}")));
         };
         if placements[i].replace(placement).is_some() {
-            return Err(Error::input(format!("--transform {name}=…: the input `{name}` has a placement already")));
+            return Err(Error::input(format!("{flag}: the input `{name}` has a placement already")));
         }
     }
-    Ok(())
+    Ok(placements)
 }
 
 fn measure(
@@ -516,12 +527,22 @@ fn usable(flag: &str, folder: &Path, taker: &str) -> Result<(), Error> {
 
 /// Checks that a mesh file has a writable format.
 fn mesh_target(path: &Path) -> Result<(), Error> {
-    let format = Format::from_path(path).map_err(Error::input)?;
-    if !format.is_written() {
-        return Err(Error::input(WriteError::NoWriter { path: path.to_path_buf(), format }));
+    match Format::from_path(path) {
+        Ok(format) if format.is_written() => writable(path),
+        Ok(format) => Err(Error::input(WriteError::NoWriter { path: path.to_path_buf(), format })),
+        Err(FormatError::Unknown { path, extension }) => Err(Error::input(format!(
+            "{}: `.{extension}` is not a mesh format to write; {MESHES_WRITTEN}",
+            path.display()
+        ))),
+        Err(FormatError::NoExtension { path }) => {
+            Err(Error::input(format!("{}: the name has no extension; {MESHES_WRITTEN}", path.display())))
+        }
+        Err(error) => Err(Error::input(error)),
     }
-    writable(path)
 }
+
+/// The formats of `-o` where a mesh is written.
+const MESHES_WRITTEN: &str = "-o takes .stl, .obj, .ply, .off, .glb or .3mf";
 
 /// The formats of `-o` and their contents.
 const WRITTEN: &str = "-o takes .npz (images), .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)";

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::parts::Source;
+use crate::driver::job::Input;
 use crate::{Error, input};
 
 #[derive(Deserialize)]
@@ -26,7 +26,7 @@ struct Entry {
 ///
 /// # Errors
 /// Files that cannot be read or are no list of parts, and placements that cannot be parsed, with the number of the part.
-pub fn read(path: &Path) -> Result<Vec<Source>, Error> {
+pub fn read(path: &Path) -> Result<Vec<Input>, Error> {
     let name = path.display();
     let text = input::open(path)
         .and_then(std::io::read_to_string)
@@ -40,7 +40,7 @@ pub fn read(path: &Path) -> Result<Vec<Source>, Error> {
         let placement = entry.transform.as_deref().map(str::parse).transpose();
         let placement =
             placement.map_err(|error| Error::input(format!("{name}: transform of part {}: {error}", i + 1)))?;
-        Ok(Source { path: folder.join(entry.file), name: entry.name, placement })
+        Ok(Input { name: entry.name, path: folder.join(entry.file), placement })
     };
     list.part.into_iter().enumerate().map(source).collect()
 }
@@ -51,7 +51,7 @@ mod tests {
 
     use super::*;
 
-    fn listed(text: &str) -> Result<Vec<Source>, String> {
+    fn listed(text: &str) -> Result<Vec<Input>, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("list.toml");
         fs::write(&path, text).unwrap();

@@ -18,7 +18,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::input::{InputRequirements, Sides, Solid};
-use super::job::Openness;
+use super::job::{Input, Openness};
 use crate::length::Length;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
@@ -33,8 +33,8 @@ pub use plan::{ClashPlan, ComparedPair};
 /// Comparison of the parts of an assembly.
 #[derive(Clone, Debug)]
 pub struct ClashJob {
-    /// Mesh files, assemblies and folders.
-    pub inputs: Vec<PathBuf>,
+    /// Mesh files, assemblies and folders, and where to place their parts.
+    pub inputs: Vec<Input>,
     /// A list of parts with their places, `.toml`.
     pub assembly: Option<PathBuf>,
     /// The unit of files that state none.

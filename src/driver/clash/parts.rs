@@ -10,18 +10,10 @@ use rayon::prelude::*;
 use super::{ClashJob, Part};
 use crate::driver::bytes;
 use crate::driver::input::{self, InputRequirements, Solid};
+use crate::driver::job::Input;
 use crate::mesh::io::{self, Format, NamedMesh, PartsFile, ReadError, ReadNote};
-use crate::placement::Placement;
 use crate::progress::Monitor;
 use crate::{Error, Warning};
-
-/// A file with parts, and their place.
-pub struct Source {
-    pub path: PathBuf,
-    /// The name of the part, if it is not that of the file.
-    pub name: Option<String>,
-    pub placement: Option<Placement>,
-}
 
 /// Reads the parts of a job, and brings them to one unit.
 pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warning>), Error> {
@@ -49,11 +41,12 @@ pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warnin
 }
 
 /// Returns the files of a job: the named ones, those in the named folders by their names, and those of the assembly.
-fn sources(job: &ClashJob) -> Result<Vec<Source>, Error> {
+fn sources(job: &ClashJob) -> Result<Vec<Input>, Error> {
     let mut sources = Vec::new();
-    for path in &job.inputs {
+    for input in &job.inputs {
+        let Input { path, placement, .. } = input;
         if !path.is_dir() {
-            sources.push(Source { path: path.clone(), name: None, placement: None });
+            sources.push(input.clone());
             continue;
         }
         let failure = |error: std::io::Error| Error::input(format!("{}: {error}", path.display()));
@@ -65,7 +58,7 @@ fn sources(job: &ClashJob) -> Result<Vec<Source>, Error> {
             return Err(Error::input(format!("{}: the folder has no mesh files", path.display())));
         }
         files.sort();
-        sources.extend(files.into_iter().map(|path| Source { path, name: None, placement: None }));
+        sources.extend(files.into_iter().map(|path| Input { name: None, path, placement: *placement }));
     }
     if let Some(path) = &job.assembly {
         #[cfg(feature = "report")]
@@ -80,15 +73,15 @@ fn sources(job: &ClashJob) -> Result<Vec<Source>, Error> {
 }
 
 /// Returns the name of each source: that of its file, or its path if other files have that name.
-fn names_of_files(sources: &[Source]) -> Vec<String> {
+fn names_of_files(sources: &[Input]) -> Vec<String> {
     let short = |path: &Path| path.file_name().map_or_else(|| path.display().to_string(), |n| n.display().to_string());
     let mut paths: HashMap<String, &Path> = HashMap::new();
     let mut is_shared: HashMap<String, bool> = HashMap::new();
-    for Source { path, .. } in sources {
+    for Input { path, .. } in sources {
         let first = *paths.entry(short(path)).or_insert(path);
         *is_shared.entry(short(path)).or_default() |= first != path;
     }
-    let name = |source: &Source| match (&source.name, short(&source.path)) {
+    let name = |source: &Input| match (&source.name, short(&source.path)) {
         (Some(name), _) => name.clone(),
         (None, short) if is_shared[&short] => source.path.display().to_string(),
         (None, short) => short,
@@ -130,8 +123,8 @@ fn distinct(names: Vec<&str>) -> Vec<String> {
 }
 
 /// Reads, places and checks the parts of a file.
-fn parts_of(source: &Source, name: &str, requirements: InputRequirements) -> Result<Vec<Part>, Error> {
-    let Source { path, placement, .. } = source;
+fn parts_of(source: &Input, name: &str, requirements: InputRequirements) -> Result<Vec<Part>, Error> {
+    let Input { path, placement, .. } = source;
     let PartsFile { meshes, unit, notes } = parse(path)?;
     let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. })).map(ToString::to_string);
     let mut warnings: Vec<Warning> =
@@ -165,7 +158,7 @@ fn parse(path: &Path) -> Result<PartsFile, Error> {
             notes: file.notes,
         });
     }
-    let format = Format::from_path(path).map_err(Error::input)?;
+    let format = input::format_of(path)?;
     io::examine(path, format).map_err(Error::input)?;
     let bytes = bytes::open(path).and_then(|(file, length)| bytes::of_file(file, length)).map_err(|source| {
         let is_memory = source.kind() == ErrorKind::OutOfMemory;
@@ -180,7 +173,7 @@ mod tests {
     use super::*;
 
     fn named(paths: &[&str]) -> Vec<String> {
-        let source = |path: &&str| Source { path: PathBuf::from(path), name: None, placement: None };
+        let source = |path: &&str| Input { name: None, path: PathBuf::from(path), placement: None };
         names_of_files(&paths.iter().map(source).collect::<Vec<_>>())
     }
 

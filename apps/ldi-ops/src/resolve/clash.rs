@@ -8,8 +8,8 @@ use ldi_ops::driver::clash::{ClashJob, Settings};
 use ldi_ops::grid::RAYS_MAX;
 use ldi_ops::length::Length;
 
-use super::{Invocation, Job, Report, fill, invocation, report, usable, writable};
-use crate::args::{ClashArguments, ComparisonArguments, MemorySize, RuleArguments};
+use super::{Invocation, Job, Report, fill, invocation, placed, report, usable, writable};
+use crate::args::{ClashArguments, ComparisonArguments, MemorySize, PartPlacingArguments, RuleArguments};
 
 /// A comparison of parts, and the destinations of its result.
 #[derive(Debug)]
@@ -24,7 +24,8 @@ pub struct ClashCommand {
 
 /// Resolves `clash`.
 pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
-    let ClashArguments { parts, assembly, output: folder, csv, rules, comparison, common } = arguments;
+    let ClashArguments { parts, assembly, output: folder, csv, placing, rules, comparison, common } = arguments;
+    let PartPlacingArguments { transform_a, transform_b, named } = placing;
     let RuleArguments { clearance, allow_touching, max_volume, ignore } = rules;
     let ComparisonArguments { unit, touching, resolution, fill: fill_choice, memory } = comparison;
     for (flag, length) in [("--clearance", clearance), ("--touching", touching)] {
@@ -48,7 +49,7 @@ pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
         rules: Rules { allow_touching, max_volume, ignored: ignore },
         memory: memory.map(|MemorySize(bytes)| bytes),
     };
-    let job = ClashJob { inputs: parts, assembly, unit, settings };
+    let job = ClashJob { inputs: placed(parts, [transform_a, transform_b], named)?, assembly, unit, settings };
     let command = ClashCommand { job, folder, csv, report: report(&common)? };
     Ok(invocation(Job::Clash(Box::new(command)), &common))
 }

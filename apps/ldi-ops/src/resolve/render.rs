@@ -2,12 +2,12 @@
 
 use ldi_ops::Error;
 use ldi_ops::boolean::{BooleanOperation, Expression};
-use ldi_ops::driver::job::{Input, Openness};
+use ldi_ops::driver::job::Openness;
 use ldi_ops::driver::render::{RenderJob, Scenery};
 use ldi_ops::picture::camera::{SIDES, SUPERSAMPLING};
 use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
 
-use super::{Command, Invocation, Job, fill, invocation, letters, parsed, place, report, writable};
+use super::{Command, Invocation, Job, fill, invocation, letters, parsed, placed, report, writable};
 use crate::args::{
     BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, PlacingArguments, RenderArguments, SliceAt,
 };
@@ -28,16 +28,7 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
         (view, cut) => Scenery::Shaded { view: view.unwrap_or(View::Isometric), cut: cut.map(|SliceAt(plane)| plane) },
     };
     let ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
-    let mut placements = vec![None; solids.len()];
-    placements[0] = transform_a;
-    match (placements.get_mut(1), transform_b) {
-        (Some(second), placement) => *second = placement,
-        (None, Some(_)) => return Err(Error::input("--transform-b needs a second solid, but one is given")),
-        (None, None) => {}
-    }
-    place(&names, &mut placements, named.transforms)?;
-    let inputs = solids.into_iter().zip(placements);
-    let inputs = inputs.map(|(path, placement)| Input { name: None, path, placement }).collect();
+    let inputs = placed(solids, [transform_a, transform_b], named)?;
     let job = RenderJob {
         names,
         unit: reading.unit,

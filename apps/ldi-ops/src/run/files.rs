@@ -57,8 +57,8 @@ fn files_read(job: &Job) -> Vec<&Path> {
             solids.map(|input| input.path.as_path()).chain(job.limits.as_deref()).collect()
         }
         Job::Clash(command) => {
-            let inputs = command.job.inputs.iter().filter(|path| !path.is_dir());
-            inputs.chain(&command.job.assembly).map(PathBuf::as_path).collect()
+            let inputs = paths(&command.job.inputs).into_iter().filter(|path| !path.is_dir());
+            inputs.chain(command.job.assembly.as_deref()).collect()
         }
         Job::Sweep(job, _) => vec![&job.plan],
         Job::Generate(_) | Job::Devices(_) | Job::Completions(_) | Job::Man(_) => Vec::new(),
