@@ -83,8 +83,7 @@ impl<'p> Settings<'p> {
         Settings::with_spacing(Spacing::Pitch(pitch))
     }
 
-    /// Returns settings whose raster is refined until the error estimate is below this share of the volume. Sums and offsets
-    /// do not accept a tolerance.
+    /// Returns settings whose raster is refined until the error estimate is below this share of the volume.
     pub fn tolerance(share: f64) -> Settings<'p> {
         Settings::with_spacing(Spacing::Tolerance(share))
     }
@@ -218,11 +217,6 @@ impl<'p> Settings<'p> {
 
     pub(crate) fn sum_job(&self, operation: SumOperation<Length>, keep: Keep) -> Result<SumJob, Error> {
         self.check()?;
-        if let Spacing::Tolerance(_) = self.spacing {
-            return Err(Error::Usage(
-                "sums and offsets do not accept a tolerance; set the resolution or the pitch".to_owned(),
-            ));
-        }
         Ok(SumJob {
             operation,
             unit: None,

@@ -19,6 +19,7 @@ use super::job::{
 };
 use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
+use super::refine::{COARSEST, refine};
 use super::work::work;
 use super::{exact_cost, machine, memory, raster, surface};
 use crate::boolean::VolumeBounds;
@@ -90,11 +91,10 @@ pub fn measure(
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
         round = Some(match spacing {
             Spacing::Tolerance(tolerance) => {
-                let (round, found) = refine(tolerance, &mut sample)?;
-                if !found.reached {
-                    warnings.push(Warning::new("tolerance-not-reached", found.to_string()));
-                }
+                let by_rays = |rays| sample(Spacing::Resolution(rays));
+                let (round, found, warning) = refine(tolerance, |round: &Round| round.volume, by_rays)?;
                 refinement = Some(found);
+                warnings.extend(warning);
                 round
             }
             spacing => sample(spacing)?,
@@ -589,34 +589,6 @@ fn surface_area(
     }
     let share = if total.all > 0.0 { total.boundary / total.all } else { 1.0 };
     Ok(solid.mesh().area() * share)
-}
-
-/// First and last resolution of a refinement.
-const COARSEST: u32 = 128;
-const FINEST: u32 = 4096;
-
-/// Least resolution at which a volume of zero is accepted, as a small solid may lie between few rays.
-const ZERO_IS_CREDIBLE: u32 = 1024;
-
-/// Doubles the resolution until the error estimate is within the tolerance.
-fn refine<'b>(
-    tolerance: f64,
-    round: &mut impl FnMut(Spacing) -> Result<Round<'b>, Error>,
-) -> Result<(Round<'b>, Refinement), Error> {
-    let mut resolution = COARSEST;
-    loop {
-        let result = round(Spacing::Resolution(resolution))?;
-        let volume = result.volume;
-        let reached = match volume.value == 0.0 {
-            true => volume.error == 0.0 && resolution >= ZERO_IS_CREDIBLE,
-            false => volume.error <= tolerance * volume.value.abs(),
-        };
-        if reached || resolution >= FINEST {
-            let came_to = if volume.error == 0.0 { 0.0 } else { volume.error / volume.value.abs() };
-            return Ok((result, Refinement { asked: tolerance, came_to, reached, resolution }));
-        }
-        resolution *= 2;
-    }
 }
 
 /// Returns centroid and inertia: the means over the images along different axes.

@@ -1,7 +1,8 @@
 //! From solids to results: plan → grid → sample → operate → measure.
 //!
 //! [`job`] describes an operation; [`input`] reads, places and checks its solids; [`measure`](mod@measure) and [`sum`](mod@sum) run it;
-//! [`surface`](mod@surface) and `write` make files of the images. `memory` forecasts and admits, [`backend`] chooses the device.
+//! [`surface`](mod@surface) and `write` make files of the images. `refine` repeats a measurement with more rays, `memory` forecasts
+//! and admits, [`backend`] chooses the device.
 
 pub mod backend;
 pub(crate) mod bound;
@@ -24,6 +25,7 @@ pub mod measured;
 pub(crate) mod memory;
 pub mod output;
 pub(crate) mod raster;
+mod refine;
 #[cfg(feature = "picture")]
 pub mod render;
 pub mod size;

@@ -117,7 +117,9 @@ fn sums_and_offsets_are_those_of_the_command_line() {
         assert_same(&shape.volume(&settings).unwrap(), &json);
     }
     assert!(matches!(a.offset(0.0).volume(&settings), Err(Error::Usage(_))));
-    assert!(matches!(a.offset(0.1).volume(&Settings::tolerance(0.1)), Err(Error::Usage(_))));
+    let refined = a.offset(0.1).volume(&Settings::tolerance(0.002).memory_limit(2 << 30)).unwrap();
+    let json = folder.json(&["offset", "a.stl", "--distance", "0.1", "--mode", "exact", "--tolerance", "0.2%"]);
+    assert_same(&refined, &json);
 }
 
 #[test]

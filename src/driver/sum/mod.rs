@@ -33,6 +33,7 @@ use super::measure::check_pitches;
 use super::measured::{Measured, Seconds, SumReport, Volume};
 use super::memory::Limit;
 use super::raster;
+use super::refine::refine;
 use super::surface::{self, Imaged};
 use crate::Error;
 use crate::Warning;
@@ -93,9 +94,22 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
     }
-    let raster = Raster { needs_bounds, ..Raster::of(job, (operation, spacing), &solids) };
-    let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-    let StepImages { grid, volume_sums, images, normals, bias, bounds, .. } = operated.last;
+    let mut round = |spacing| {
+        let raster = Raster { needs_bounds, ..Raster::of(job, (operation, spacing), &solids) };
+        let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
+        let rays = estimate(job, (operation, &operated), &solids, backend, &mut seconds, progress)?;
+        Ok((operated, rays))
+    };
+    let ((operated, rays), refinement) = match spacing {
+        Spacing::Tolerance(tolerance) => {
+            let by_rays = |rays| round(Spacing::Resolution(rays));
+            let (round, found, warning) = refine(tolerance, |(_, rays): &(Operated, _)| *rays, by_rays)?;
+            warnings.extend(warning);
+            (round, Some(found))
+        }
+        spacing => (round(spacing)?, None),
+    };
+    let StepImages { grid, volume_sums, images, normals, bounds, .. } = operated.last;
     let certified = match (operation, bounds) {
         _ if !needs_bounds => Certified::default(),
         (SumOperation::Offset(distance), _) => {
@@ -104,18 +118,6 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         (_, Some(bounds)) => Certified::of(&job.certainty, [bounds.lower, bounds.upper], solids[0].unit)?,
         (_, None) => unreachable!("a sum has bounds if they are needed"),
     };
-    progress.stage("coarser rasters")?;
-    let mut coarser = Vec::new();
-    for ratio in check_pitches(&job.axes) {
-        let pitch = ratio * grid.pitch();
-        let (axes, keep) = (&Axis::ALL, Keep::Sums);
-        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false };
-        let last = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?.last;
-        coarser.push(axis_volumes(&last.volume_sums));
-    }
-    let mut rays = VolumeEstimate::from_rasters(&axis_volumes(&volume_sums), &coarser);
-    let between_rays = || operated.report.steps.iter().filter_map(|step| step.between_rays.as_ref());
-    rays.error = rays.error.max(bias) + between_rays().map(BetweenRays::volume).sum::<f64>();
     let is_empty = volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0);
     let proves_empty = is_empty && certified.bounds.is_some_and(|[_, upper]| upper == 0.0);
     let possible = match certified.bounds {
@@ -126,7 +128,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let volume = Volume::estimate(rays, possible, None);
     warnings.extend(operated.warnings);
     let steps = operated.report.steps.len();
-    warnings.extend(between_rays().enumerate().filter_map(|(step, found)| {
+    warnings.extend(operated.report.between_rays().enumerate().filter_map(|(step, found)| {
         let prefix = if step + 1 < steps { "between the two steps: " } else { "" };
         found.warning(prefix, solids[0].unit)
     }));
@@ -170,7 +172,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         output: None,
         surface: None,
         measures: None,
-        refinement: None,
+        refinement,
         sum: Some(operated.report),
         solids,
     })
@@ -186,6 +188,30 @@ fn can_be_certified(operation: SumOperation) -> Result<(), Error> {
             operation.command()
         ))),
     }
+}
+
+/// Estimates the volume of a result, by its images, by coarser rasters, and by the details that were found between the rays.
+fn estimate(
+    job: &SumJob,
+    (operation, operated): (SumOperation, &Operated),
+    solids: &[Solid],
+    backend: &SumBackend,
+    seconds: &mut Seconds,
+    progress: &Monitor,
+) -> Result<VolumeEstimate, Error> {
+    progress.stage("coarser rasters")?;
+    let StepImages { grid, volume_sums, bias, .. } = &operated.last;
+    let mut coarser = Vec::new();
+    for ratio in check_pitches(&job.axes) {
+        let pitch = ratio * grid.pitch();
+        let (axes, keep) = (&Axis::ALL, Keep::Sums);
+        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false };
+        let last = operate(job, operation, raster, solids, backend, seconds, progress)?.last;
+        coarser.push(axis_volumes(&last.volume_sums));
+    }
+    let rays = VolumeEstimate::from_rasters(&axis_volumes(volume_sums), &coarser);
+    let between_rays = operated.report.between_rays().map(BetweenRays::volume).sum::<f64>();
+    Ok(VolumeEstimate { error: rays.error.max(*bias) + between_rays, ..rays })
 }
 
 /// The result of all steps, with its report and warnings.
@@ -214,7 +240,7 @@ impl Raster<'_> {
         let pitch = match spacing {
             Spacing::Resolution(rays) => counted_side(operation, solids) / f64::from(rays),
             Spacing::Pitch(pitch) => pitch,
-            Spacing::Tolerance(_) => unreachable!("sums have no tolerance"),
+            Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
         };
         Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false, searches: true }
     }

@@ -8,7 +8,7 @@ use ldi_ops::driver::certainty::{Assertion, Certainty, Side};
 #[command(next_help_heading = "Certainty")]
 pub struct CertaintyArguments {
     /// Add certified bounds, between which the volume is proved to lie. Their width falls with the square of the pitch for
-    /// Booleans, and with the pitch for Minkowski sums; with --tolerance they are refined until they are as narrow
+    /// Booleans, and with the pitch for Minkowski sums; with --tolerance, those of Booleans are refined until they are as narrow
     #[arg(long)]
     pub bounds: bool,
     /// Exit with 1 unless the volume is certainly below V, in cubic file units or with a unit: 5mm3, 0.2ml; implies --bounds

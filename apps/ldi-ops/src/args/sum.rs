@@ -10,6 +10,7 @@ use ldi_ops::unit;
 
 use super::{
     CertaintyArguments, CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments, MeshChoice,
+    Share,
 };
 
 #[derive(Debug, Args)]
@@ -68,7 +69,7 @@ const OFFSET_EXAMPLES: &str = "\
 Examples:
   ldi-ops offset part.stl --distance 0.5 --unit mm
   ldi-ops offset part.stl --distance -0.2 -o shrunk.stl
-  ldi-ops offset part.stl --distance 50um --unit mm
+  ldi-ops offset part.stl --distance 50um --unit mm --tolerance 0.5%
   ldi-ops offset bone.stl --distance 1 --axis z --json -
 
 The result has all points within the distance of the solid, or with a negative distance all
@@ -160,11 +161,14 @@ pub struct SumPlacingArguments {
 #[command(next_help_heading = "Sampling")]
 pub struct SumSamplingArguments {
     /// Rays along the longest side of the result's box, or of A's if the result lies within A [default: 512]
-    #[arg(long, value_name = "N", conflicts_with = "pitch")]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
     /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
-    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
+    /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
+    #[arg(long, value_name = "P%")]
+    pub tolerance: Option<Share>,
     #[command(flatten)]
     pub kind: KindArguments,
     #[command(flatten)]

@@ -52,7 +52,7 @@ fn sum(
     let job = SumJob {
         operation,
         unit,
-        spacing: spacing(sampling.resolution, sampling.pitch, None)?,
+        spacing: spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?,
         lod: lod(sampling.kind.lod)?,
         axes: axes(sampling.kind.axis),
         mode: mode(sampling.kind.mode),

@@ -13,7 +13,7 @@ use ldi_ops::number::number;
 use super::{Each, Finished, Outcome, Refused, say_warnings, surface_exit, worst};
 use crate::exit::Exit;
 use crate::progress::Progress;
-use crate::resolve::Command;
+use crate::resolve::{Command, Report};
 
 /// Runs a command; `start` is the start of the process.
 pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -> Result<Finished, Error> {
@@ -36,6 +36,12 @@ pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -
         _ => vec![Ok(measure(inputs, start)?)],
     };
     progress.finish();
+    Ok(finished(results, report, progress))
+}
+
+/// Says what users should know of results, and returns them with the exit: a check is false if a tolerance was not reached, or if
+/// what was asserted or requested is not there.
+pub fn finished(results: Vec<Each<Measured>>, report: &Report, progress: &Progress) -> Finished {
     for measured in results.iter().flatten() {
         if let Some(refinement) =
             measured.refinement.filter(|refinement| refinement.reached && measured.volume.method != Method::Exact)
@@ -51,10 +57,10 @@ pub fn run(command: &Command<MeasureJob>, start: Instant, progress: &Progress) -
         _ if !measured.certified.holds() => Exit::CheckFalse,
         _ => surface_exit(measured.surface.as_ref()),
     });
-    Ok(Finished { outcome: Outcome::Measured(results), report: report.clone(), exit })
+    Finished { outcome: Outcome::Measured(results), report: report.clone(), exit }
 }
 
-/// Returns whether no ray met a result whose bounds by the inputs print the same: the bounds are then its value.
+/// Returns whether no ray met a result whose bounds by the inputs agree to seven digits: they are then its value.
 pub fn is_pinned(result: &Measured) -> bool {
     let estimate = result.estimate();
     let [least, greatest] = estimate.possible.map(number);

@@ -6,8 +6,7 @@ use ldi_ops::Error;
 use ldi_ops::driver::job::SumJob;
 use ldi_ops::driver::sum::sum_files;
 
-use super::{Finished, Outcome, say_warnings, surface_exit};
-use crate::exit::Exit;
+use super::{Finished, measure};
 use crate::progress::Progress;
 use crate::resolve::Command;
 
@@ -16,10 +15,5 @@ pub fn run(command: &Command<SumJob>, start: Instant, progress: &Progress) -> Re
     let Command { job, inputs, target, report } = command;
     let measured = sum_files(job, inputs, target.as_ref(), start, &progress.monitor())?;
     progress.finish();
-    say_warnings(&measured.warnings, progress);
-    let exit = match measured.certified.holds() {
-        true => surface_exit(measured.surface.as_ref()),
-        false => Exit::CheckFalse,
-    };
-    Ok(Finished { outcome: Outcome::Measured(vec![Ok(measured)]), report: report.clone(), exit })
+    Ok(measure::finished(vec![Ok(measured)], report, progress))
 }

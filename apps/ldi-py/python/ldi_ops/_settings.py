@@ -10,7 +10,7 @@ class Settings(TypedDict, total=False):
 
     resolution: rays along the longest side of the common box; 512 by default.
     pitch: the distance of neighbouring rays, in the unit of the first solid.
-    tolerance: the raster is refined until the error estimate is below this share of the volume; not for sums, offsets, metrics.
+    tolerance: the raster is refined until the error estimate is below this share of the volume; not for metrics.
     axes: 'all' (default), 'x', 'y' or 'z': the directions of the rays. A mesh and metrics need all.
     mode: 'exact' (default), or 'over' or 'under' for images that contain the solid or lie in it.
     fill: 'even-odd' (default) or 'nonzero': which winding numbers are inside, where shells overlap.
