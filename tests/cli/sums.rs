@@ -61,22 +61,22 @@ fn rays_of_sums_double_until_the_tolerance_is_reached_or_the_memory_ends() {
     let grown = 8.0 + 12.0 + std::f64::consts::PI * (1.5 + 1.0 / 6.0);
     let offset = ["offset", "a.stl", "--distance", "0.5", "--unit", "mm"];
     let with = |flags: &[&str]| folder.run(&[&offset[..], flags].concat());
-    let result = with(&["--tolerance", "0.01%", "--json", "-"]).code(0).json();
+    let result = with(&["--tolerance", "0.2%", "--json", "-"]).code(0).json();
     let told = |result: &Value, key: &str| result["tolerance"][key].clone();
-    assert_eq!((told(&result, "asked"), told(&result, "reached")), (1e-4.into(), true.into()));
-    assert_near(volume(&result), grown, 1e-4 * grown);
+    assert_eq!((told(&result, "asked"), told(&result, "reached")), (2e-3.into(), true.into()));
+    assert_near(volume(&result), grown, 2e-3 * grown);
     assert_eq!(told(&result, "resolution"), result["grid"]["rays"][0]);
     // One round with as many rays gives the same.
     let rays = told(&result, "resolution").to_string();
     assert_eq!(with(&["--resolution", &rays, "--json", "-"]).code(0).json()["volume"], result["volume"]);
 
-    let run = with(&["--tolerance", "0.0000001%", "--memory", "100M", "--json", "-"]).code(1);
+    let run = with(&["--tolerance", "0.0000001%", "--memory", "40M", "--json", "-"]).code(1);
     let result = run.json();
     assert_eq!(told(&result, "reached"), false);
     assert!(warning_codes(&result).contains(&"tolerance-not-reached"), "{result:#}");
     assert_near(volume(&result), grown, 1e-2 * grown);
     let stderr = run.stderr();
-    for words in ["--tolerance 1e-7 %: not reached with ", "; with twice as many: ", "--memory allows 100 MB"] {
+    for words in ["--tolerance 1e-7 %: not reached with ", "; with twice as many: ", "--memory allows 40 MB"] {
         assert!(stderr.contains(words), "no `{words}` in {stderr}");
     }
     with(&["--tolerance", "1%", "--resolution", "64"]).code(2).says(&["--tolerance", "--resolution"]);
