@@ -50,6 +50,8 @@ def test_sums_and_offsets_of_boxes_are_within_their_errors():
         volume = shape.volume(resolution=64)
         assert abs(volume.value - exact) <= volume.error + 1e-9, shape
     assert float(a.opening(0.5).volume(resolution=64)) < 8 < float(a.closing(0.5).volume(resolution=64)) + 0.1
+    refined = a.offset(0.5).volume(tolerance=0.002)
+    assert refined.error <= 0.002 * refined.value
 
 
 def test_volumes_and_metrics_equal_those_of_the_command_line(models, gyroid, bone):
