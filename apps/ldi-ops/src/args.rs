@@ -22,7 +22,7 @@ use ldi_ops::mesh::LengthUnit;
 use ldi_ops::solids::Model;
 
 pub use self::certainty::CertaintyArguments;
-pub use self::clash::{ClashArguments, ComparisonArguments, PartPlacingArguments, RuleArguments};
+pub use self::clash::{ClashArguments, ComparisonArguments, RuleArguments};
 pub use self::manual::{CompletionsArguments, ManArguments};
 pub use self::memory::MemorySize;
 pub use self::render::{BackgroundChoice, FacetChoice, PictureSize, RenderArguments, SliceAt};
@@ -431,17 +431,22 @@ pub struct DevicesArguments {
 #[derive(Debug, Args)]
 pub struct ListPlacingArguments {
     #[command(flatten)]
-    pub first: PlacingArguments,
-    /// Place B before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
-    #[arg(long, value_name = "PLACEMENT", help_heading = "Input")]
-    pub transform_b: Option<Placement>,
+    pub reading: ReadingArguments,
     #[command(flatten)]
-    pub named: NamedPlacingArguments,
+    pub transforms: TransformArguments,
 }
 
+/// The placements of several inputs.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
-pub struct NamedPlacingArguments {
+pub struct TransformArguments {
+    /// Place A before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own unit; rotate
+    /// takes an axis and degrees, scale one number or three
+    #[arg(long, value_name = "PLACEMENT")]
+    pub transform_a: Option<Placement>,
+    /// Place B before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
+    #[arg(long, value_name = "PLACEMENT")]
+    pub transform_b: Option<Placement>,
     /// Place the named input before use, steps from left to right: b='translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own
     /// unit; rotate takes an axis and degrees, scale one number or three; may be repeated for other inputs
     #[arg(long = "transform", value_name = "NAME=PLACEMENT")]

@@ -33,7 +33,7 @@ use ldi_ops::voxels;
 
 use crate::args::{
     self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize, MeshChoice, ModeChoice,
-    PlacingArguments, SamplingArguments,
+    PlacingArguments, SamplingArguments, TransformArguments,
 };
 use crate::output;
 pub use clash::ClashCommand;
@@ -248,8 +248,8 @@ fn invocation(job: Job, common: &CommonArguments) -> Invocation {
 /// Resolves an operation on a list of inputs, which are named by letters.
 fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<Invocation, Error> {
     let args::ListOfSolids { a, others, placing, operation: rest } = arguments;
-    let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
-    let inputs = placed([a].into_iter().chain(others).collect(), [transform_a, transform_b], named)?;
+    let args::ListPlacingArguments { reading, transforms } = placing;
+    let inputs = placed([a].into_iter().chain(others).collect(), transforms)?;
     let expression = Expression::of_inputs(operation, inputs.len());
     let boolean = Boolean { expression, wording: Wording::Operation(operation) };
     let args::OperationArguments { sampling, method: choice, certainty, writing, mesh, common } = rest;
@@ -260,10 +260,10 @@ fn list(operation: BooleanOperation, arguments: args::ListOfSolids) -> Result<In
 /// Resolves `csg`: an expression over named inputs.
 fn csg(arguments: args::CsgArguments) -> Result<Invocation, Error> {
     let args::CsgArguments { expression: text, solids, placing, operation } = arguments;
-    let args::ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
+    let args::ListPlacingArguments { reading, transforms } = placing;
     let (names, paths): (Vec<String>, Vec<PathBuf>) = solids.into_iter().map(|solid| (solid.name, solid.path)).unzip();
     let expression = parsed(&text, &names)?;
-    let placements = placements(&names, [transform_a, transform_b], named)?;
+    let placements = placements(&names, transforms)?;
     let inputs = names.into_iter().zip(paths).zip(placements);
     let inputs = inputs.map(|((name, path), placement)| Input { name: Some(name), path, placement }).collect();
     let boolean = Boolean { expression, wording: Wording::Typed(text) };
@@ -296,29 +296,22 @@ fn letters(index: usize) -> String {
 }
 
 /// Returns files as inputs, each with the placement of its letter.
-fn placed(
-    paths: Vec<PathBuf>,
-    first_two: [Option<Placement>; 2],
-    named: args::NamedPlacingArguments,
-) -> Result<Vec<Input>, Error> {
+fn placed(paths: Vec<PathBuf>, transforms: TransformArguments) -> Result<Vec<Input>, Error> {
     let names: Vec<String> = (0..paths.len()).map(letters).collect();
-    let placements = placements(&names, first_two, named)?;
+    let placements = placements(&names, transforms)?;
     Ok(paths.into_iter().zip(placements).map(|(path, placement)| Input { name: None, path, placement }).collect())
 }
 
-/// Returns the placements of inputs by their names; `first_two` are those of `--transform-a` and `--transform-b`.
-fn placements(
-    names: &[String],
-    first_two: [Option<Placement>; 2],
-    named: args::NamedPlacingArguments,
-) -> Result<Vec<Option<Placement>>, Error> {
+/// Returns the placements of inputs by their names.
+fn placements(names: &[String], transforms: TransformArguments) -> Result<Vec<Option<Placement>>, Error> {
+    let TransformArguments { transform_a, transform_b, transforms: named } = transforms;
     let mut placements = vec![None; names.len()];
-    let short = ["a", "b"].into_iter().zip(first_two);
+    let short = [("a", transform_a), ("b", transform_b)].into_iter();
     let short =
         short.filter_map(|(name, placement)| Some((format!("--transform-{name}"), name.to_owned(), placement?)));
-    let named = named.transforms.into_iter();
-    let named =
-        named.map(|args::NamedPlacement { name, placement }| (format!("--transform {name}=…"), name, placement));
+    let named = named
+        .into_iter()
+        .map(|args::NamedPlacement { name, placement }| (format!("--transform {name}=…"), name, placement));
     for (flag, name, placement) in short.chain(named) {
         let Some(i) = names.iter().position(|known| *known == name) else {
             let known = if names.is_empty() { String::new() } else { format!("; the inputs are {}", names.join(", ")) };

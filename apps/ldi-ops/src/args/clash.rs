@@ -7,10 +7,9 @@ use ldi_ops::cubic::TypedVolume;
 use ldi_ops::driver::clash::rules::IgnoredPair;
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
-use ldi_ops::placement::Placement;
 use ldi_ops::unit;
 
-use super::{CommonArguments, FillArguments, MemorySize, NamedPlacingArguments};
+use super::{CommonArguments, FillArguments, MemorySize, TransformArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = CLASH_EXAMPLES)]
@@ -28,28 +27,13 @@ pub struct ClashArguments {
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     #[command(flatten)]
-    pub placing: PartPlacingArguments,
+    pub transforms: TransformArguments,
     #[command(flatten)]
     pub rules: RuleArguments,
     #[command(flatten)]
     pub comparison: ComparisonArguments,
     #[command(flatten)]
     pub common: CommonArguments,
-}
-
-/// Where parts lie, besides what assemblies say.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Input")]
-pub struct PartPlacingArguments {
-    /// Place the first PART before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own
-    /// unit; all parts of a folder or an assembly move together
-    #[arg(long, value_name = "PLACEMENT")]
-    pub transform_a: Option<Placement>,
-    /// Place the second PART before use
-    #[arg(long, value_name = "PLACEMENT")]
-    pub transform_b: Option<Placement>,
-    #[command(flatten)]
-    pub named: NamedPlacingArguments,
 }
 
 /// What pairs of parts may do.
@@ -109,11 +93,11 @@ bolts.toml lists parts with their places; paths are relative to it:
   transform = \"translate(10,0,0) rotate(0,0,1,30)\"
 
 A part has the name of its file, with that of its object in an assembly: assembly.3mf/bolt. Equal
-names are numbered: bolt#2. --transform names the files and folders a, b, c … Parts are separate,
-touching or overlapping. Distances are exact, and so are volumes where no shell of a part touches or
-crosses itself; others are estimates with their range. The exit code is 1 if a pair breaks a rule:
-if it overlaps by more than --max-volume, touches without --allow-touching, or is nearer than
---clearance.
+names are numbered: bolt#2. --transform names the files and folders a, b, c …; all parts of one move
+together. Parts are separate, touching or overlapping. Distances are exact, and so are volumes where
+no shell of a part touches or crosses itself; others are estimates with their range. The exit code
+is 1 if a pair breaks a rule: if it overlaps by more than --max-volume, touches without
+--allow-touching, or is nearer than --clearance.
 
 JSON: {\"schema\", \"command\", \"unit\", \"clearance\", \"passed\", \"counts\", \"parts\", \"pairs\": [{\"a\", \"b\",
 \"state\", \"finding\", \"distance\", \"points\", \"overlap\": {\"volume\", \"bounds\", \"deepest\", \"depth\",

@@ -9,7 +9,7 @@ use ldi_ops::grid::RAYS_MAX;
 use ldi_ops::length::Length;
 
 use super::{Invocation, Job, Report, fill, invocation, placed, report, usable, writable};
-use crate::args::{ClashArguments, ComparisonArguments, MemorySize, PartPlacingArguments, RuleArguments};
+use crate::args::{ClashArguments, ComparisonArguments, MemorySize, RuleArguments};
 
 /// A comparison of parts, and the destinations of its result.
 #[derive(Debug)]
@@ -24,8 +24,7 @@ pub struct ClashCommand {
 
 /// Resolves `clash`.
 pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
-    let ClashArguments { parts, assembly, output: folder, csv, placing, rules, comparison, common } = arguments;
-    let PartPlacingArguments { transform_a, transform_b, named } = placing;
+    let ClashArguments { parts, assembly, output: folder, csv, transforms, rules, comparison, common } = arguments;
     let RuleArguments { clearance, allow_touching, max_volume, ignore } = rules;
     let ComparisonArguments { unit, touching, resolution, fill: fill_choice, memory } = comparison;
     for (flag, length) in [("--clearance", clearance), ("--touching", touching)] {
@@ -49,7 +48,7 @@ pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
         rules: Rules { allow_touching, max_volume, ignored: ignore },
         memory: memory.map(|MemorySize(bytes)| bytes),
     };
-    let job = ClashJob { inputs: placed(parts, [transform_a, transform_b], named)?, assembly, unit, settings };
+    let job = ClashJob { inputs: placed(parts, transforms)?, assembly, unit, settings };
     let command = ClashCommand { job, folder, csv, report: report(&common)? };
     Ok(invocation(Job::Clash(Box::new(command)), &common))
 }

@@ -8,9 +8,7 @@ use ldi_ops::picture::camera::{SIDES, SUPERSAMPLING};
 use ldi_ops::picture::{Background, Facets, Format, INPUTS_MAX, View};
 
 use super::{Command, Invocation, Job, fill, invocation, letters, parsed, placed, report, writable};
-use crate::args::{
-    BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, PlacingArguments, RenderArguments, SliceAt,
-};
+use crate::args::{BackgroundChoice, FacetChoice, ListPlacingArguments, PictureSize, RenderArguments, SliceAt};
 
 pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
     let RenderArguments { solids, output, picture, placing, fill: fill_choice, device, common } = arguments;
@@ -27,8 +25,8 @@ pub fn resolve(arguments: RenderArguments) -> Result<Invocation, Error> {
         (None, Some(SliceAt(plane))) => Scenery::Slice(plane),
         (view, cut) => Scenery::Shaded { view: view.unwrap_or(View::Isometric), cut: cut.map(|SliceAt(plane)| plane) },
     };
-    let ListPlacingArguments { first: PlacingArguments { reading, transform_a }, transform_b, named } = placing;
-    let inputs = placed(solids, [transform_a, transform_b], named)?;
+    let ListPlacingArguments { reading, transforms } = placing;
+    let inputs = placed(solids, transforms)?;
     let job = RenderJob {
         names,
         unit: reading.unit,
