@@ -18,7 +18,7 @@ pub struct Estimate {
     pub error: f64,
     /// The method.
     pub method: Method,
-    /// The least and the greatest value that the inputs, and certified bounds of a sum, allow.
+    /// The least and the greatest value that the inputs, and certified bounds, allow.
     pub possible: [f64; 2],
     /// Certified bounds: the value is proved to lie between them. `None` unless [`Settings::bounds`](crate::Settings::bounds)
     /// requests them.

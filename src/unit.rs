@@ -1,6 +1,7 @@
 //! Units of length, as they are typed, converted and printed.
 
 use crate::mesh::LengthUnit;
+use crate::number::digits;
 
 /// Reads a unit by its symbol or its English name, in capitals or not; µ is either of the two letters that look like it.
 pub fn parse(text: &str) -> Result<LengthUnit, String> {
@@ -25,6 +26,11 @@ pub fn factor(from: LengthUnit, to: LengthUnit) -> f64 {
 /// A length in another unit: rounded twice at most, and back to itself where the units are the same.
 pub fn convert(length: f64, from: LengthUnit, to: LengthUnit) -> f64 {
     length * nanometres(from) / nanometres(to)
+}
+
+/// Returns a length as text, of four digits, with its unit: `0.3125 mm`.
+pub fn rounded(length: f64, unit: Option<LengthUnit>) -> String {
+    format!("{}{}", digits(length, 4), suffix(unit, 1))
 }
 
 /// Returns the length of a unit in nanometres, a whole number.

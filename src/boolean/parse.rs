@@ -18,7 +18,7 @@ pub enum ExpressionError {
         found: Found,
     },
     /// Something other than the expected operator, closing parenthesis or end.
-    #[error("expected one of the operators & | - ^ or `)`, found {found}")]
+    #[error("expected an operator, one of & | - ^, found {found}")]
     Operator {
         /// The position.
         at: usize,

@@ -12,7 +12,7 @@ use crate::cubic::TypedVolume;
 use crate::mesh::LengthUnit;
 use crate::number::number;
 use crate::progress::Monitor;
-use crate::{Error, Warning};
+use crate::{Error, Warning, unit};
 
 /// What a job has to prove about its volume.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -188,23 +188,25 @@ pub(super) fn certify(
     judged(&job.certainty, unit, found, start, warnings, progress)
 }
 
-/// Certifies the volume of an offset.
+/// Certifies the volume of an offset; `within` narrows the bounds by other knowledge.
 pub(super) fn certify_offset(
     job: &SumJob,
     solid: &Solid,
     (distance, pitch): (f64, f64),
+    within: impl Fn([f64; 2]) -> [f64; 2],
     warnings: &mut Vec<Warning>,
     progress: &Monitor,
 ) -> Result<Certified, Error> {
     progress.stage("certifying bounds")?;
     let start = Instant::now();
     let closed = solid.closed().ok_or_else(|| not_closed(solid))?;
-    let found = certified_offset(closed, distance, pitch).map_err(|error| {
+    let mut found = certified_offset(closed, distance, pitch).map_err(|error| {
         Error::input(format!(
             "{}: {error}, so bounds of the volume cannot be certified; remove --bounds and the assertions",
             solid.name()
         ))
     })?;
+    [found.lower, found.upper] = within([found.lower, found.upper]);
     judged(&job.certainty, solid.unit, found, start, warnings, progress)
 }
 
@@ -232,8 +234,9 @@ fn judged(
     ));
     if !reached {
         let message = format!(
-            "the certified bounds are wider than requested: their cells are {finest:.3e} long, as finer ones would be too many; an \
-             operand whose triangles meet, or surfaces that coincide, may cause this"
+            "the certified bounds are wider than requested: their cells are {} long, as finer ones would be too many; an operand \
+             whose triangles meet, or surfaces that coincide, may cause this",
+            unit::rounded(finest, unit)
         );
         warnings.push(Warning::new("bounds-not-reached", message));
     }

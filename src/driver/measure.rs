@@ -19,7 +19,7 @@ use super::job::{
 };
 use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
-use super::refine::{COARSEST, refine};
+use super::refine::{COARSEST, FINEST, UNMET, refine};
 use super::work::work;
 use super::{exact_cost, machine, memory, raster, surface};
 use crate::boolean::VolumeBounds;
@@ -27,11 +27,11 @@ use crate::exact::{self, ExactMesh, ExactProperties, NotExact, Solution};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::mesh::{Aabb, ClosedMesh, MassProperties};
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, MassProperties};
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler, SolidSums};
 use crate::surface::Coordinates;
-use crate::{Error, Warning};
+use crate::{Error, Warning, unit};
 
 /// Reads inputs, measures the result of the job and writes `target`.
 ///
@@ -85,16 +85,18 @@ pub fn measure(
     if let (Keep::Mesh(_), true) = (job.keep, job.axes.len() < 3 && !has_all_kept) {
         return Err(Error::input("a mesh that is not exact needs the images along all axes; remove --axis"));
     }
-    let mut refinement = None;
+    let (mut refinement, mut not_reached) = (None, None);
     let mut round = None;
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
         round = Some(match spacing {
             Spacing::Tolerance(tolerance) => {
                 let by_rays = |rays| sample(Spacing::Resolution(rays));
-                let (round, found, warning) = refine(tolerance, |round: &Round| round.volume, by_rays)?;
+                let most = |round: &Round| if round.samples == 0 { UNMET } else { FINEST };
+                let volume = |round: &Round| estimated(job, &solids, round, None);
+                let (round, found, warning) = refine(tolerance, most, volume, by_rays)?;
                 refinement = Some(found);
-                warnings.extend(warning);
+                not_reached = warning;
                 round
             }
             spacing => sample(spacing)?,
@@ -112,13 +114,12 @@ pub fn measure(
         })?,
     };
 
-    let (volume, measures) = match (&exact, &round) {
+    let (mut volume, measures) = match (&exact, &round) {
         (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
             let properties = &exact.properties;
             let (volume, measures) = exactly(&properties.mass, round.as_ref().map(|round| round.volume));
             if let (Spacing::Tolerance(asked), None) = (spacing, round) {
-                let came_to = if volume.value == 0.0 { 0.0 } else { volume.error / volume.value };
-                refinement = Some(Refinement { asked, came_to, reached: came_to <= asked, resolution: COARSEST });
+                refinement = Some(Refinement::of(asked, &volume, COARSEST));
             }
             let measures = match job.measurement {
                 // The order of coincident faces is not defined: rays tell which of them bound the solid.
@@ -156,11 +157,18 @@ pub fn measure(
         (_, None) => unreachable!("a volume without an exact value is sampled"),
     };
     let certified = certify(job, &solids, &volume, (grid.pitch(), spacing), &mut warnings, progress)?;
+    // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
+    if let (Mode::Exact, Some(bounds)) = (job.mode, certified.bounds) {
+        volume.narrow(bounds);
+        refinement = refinement.map(|found| Refinement::of(found.asked, &volume, found.resolution));
+        not_reached = not_reached.filter(|_| refinement.is_some_and(|found| !found.reached));
+    }
+    warnings.extend(not_reached);
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
         warnings.extend(open_warning(&solids, round));
     }
-    warnings.extend(coarse_voxels(job, &grid));
+    warnings.extend(coarse_voxels(job, &grid, solids[0].unit));
 
     seconds.total = start.elapsed().as_secs_f64();
     let (images, normals) =
@@ -607,18 +615,19 @@ fn thin(solid: &Solid, grid: &Grid, axes: &[Axis]) -> Option<Warning> {
         .flat_map(|axis| [axis.column(), axis.row()].map(|across| (axis, extent[across])))
         .find(|&(_, width)| width < grid.pitch())?;
     let message = format!(
-        "{}: the solid is {width:.3e} wide across the rays along {}, which lie {:.3e} apart and may miss it; raise --resolution \
-         or lower --pitch",
+        "{}: the solid is {} wide across the rays along {}, which lie {} apart and may miss it; raise --resolution or lower \
+         --pitch",
         solid.name(),
+        unit::rounded(width, solid.unit),
         axis.name(),
-        grid.pitch(),
+        unit::rounded(grid.pitch(), solid.unit),
     );
     Some(Warning::new("thinner-than-pitch", message))
 }
 
 /// Returns a warning for an estimate of a Boolean whose voxels are longer than the pitch. The bias of an estimate of one solid is
 /// known; that of a Boolean appears only in the difference to exact coarser images.
-fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
+fn coarse_voxels(job: &MeasureJob, grid: &Grid, unit: Option<LengthUnit>) -> Option<Warning> {
     let voxel = |axis: &Axis| f64::from(grid.voxel(*axis)) * grid.step();
     let longest = job.axes.iter().map(voxel).fold(0.0, f64::max);
     let (Measurement::Boolean(_), Mode::Estimate(_)) = (&job.measurement, job.mode) else { return None };
@@ -626,9 +635,10 @@ fn coarse_voxels(job: &MeasureJob, grid: &Grid) -> Option<Warning> {
         return None;
     }
     let message = format!(
-        "the voxels of a ray are {longest:.3e} long, longer than the pitch of {:.3e}: an estimate may add or omit this length \
-         at each surface; raise --lod to reduce it, or use --mode exact to avoid it",
-        grid.pitch(),
+        "the voxels of a ray are {} long, longer than the pitch of {}: an estimate may add or omit this length at each surface; \
+         raise --lod to reduce it, or use --mode exact to avoid it",
+        unit::rounded(longest, unit),
+        unit::rounded(grid.pitch(), unit),
     );
     Some(Warning::new("coarse-voxels", message))
 }

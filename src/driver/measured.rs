@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::backend::Ran;
 use super::certainty::Certified;
 use super::input::Solid;
-use super::job::{Content, ImageTarget};
+use super::job::{Content, ImageTarget, SumOperation};
 use super::sum::BetweenRays;
 use super::surface::{self, Exact, Imaged, SurfaceReport};
 use super::write;
@@ -123,6 +123,17 @@ impl Volume {
         Volume { value, error, method: Method::Estimate(not_exact), exact: None, rays: Some(rays), possible }
     }
 
+    /// Narrows an estimate to certified bounds of the exact volume.
+    pub fn narrow(&mut self, [lower, upper]: [f64; 2]) {
+        let possible @ [least, greatest] = [self.possible[0].max(lower), self.possible[1].min(upper)];
+        // Where rounding leaves nothing between them, the volumes of the inputs stand.
+        if let (Some(rays), Method::Estimate(not_exact), true) = (self.rays, self.method, least <= greatest) {
+            let narrowed = Volume::estimate(rays, possible, not_exact);
+            let error = self.error.max(narrowed.error).min(greatest - least + 1e-12 * greatest);
+            *self = Volume { error, exact: self.exact, ..narrowed };
+        }
+    }
+
     /// Returns whether no ray met the result, so that only the range that the inputs allow is known.
     pub fn is_unresolved(&self) -> bool {
         self.rays.is_some_and(|rays| rays.value == 0.0)
@@ -148,7 +159,7 @@ pub struct SolidMeasures {
 pub struct Refinement {
     /// The requested bound of the error estimate, as a share of the volume.
     pub asked: f64,
-    /// The error estimate in the end, as a share of the volume.
+    /// The error estimate in the end, as a share of the volume; infinite if the volume is zero.
     pub came_to: f64,
     /// True if the tolerance was reached.
     pub reached: bool,
@@ -156,16 +167,27 @@ pub struct Refinement {
     pub resolution: u32,
 }
 
+impl Refinement {
+    /// Compares the error of a volume with the requested share of it.
+    pub fn of(asked: f64, &Volume { value, error, .. }: &Volume, resolution: u32) -> Refinement {
+        let came_to = if error == 0.0 { 0.0 } else { error / value.abs() };
+        Refinement { asked, came_to, reached: came_to <= asked, resolution }
+    }
+}
+
 impl fmt::Display for Refinement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "--tolerance {} %: {} with {} rays along the longest side, where the estimate is {} % of the volume",
+            "--tolerance {} %: {} with {} rays along the longest side, ",
             number(100.0 * self.asked),
             if self.reached { "reached" } else { "not reached" },
             self.resolution,
-            number(100.0 * self.came_to),
-        )
+        )?;
+        match self.came_to.is_finite() {
+            true => write!(f, "where the estimate is {} % of the volume", number(100.0 * self.came_to)),
+            false => f.write_str("which resolve no volume"),
+        }
     }
 }
 
@@ -202,8 +224,27 @@ impl SumReport {
         self.steps.iter().map(|step| step.memory_estimate).max().unwrap_or(0)
     }
 
-    /// Returns what was found between the rays, of each step that was searched.
-    pub fn between_rays(&self) -> impl Iterator<Item = &BetweenRays> {
+    /// Returns whether details were found between the rays.
+    pub fn has_details(&self) -> bool {
+        self.searches().any(|found| !found.details.is_empty())
+    }
+
+    /// Returns whether there may be details between the rays.
+    pub fn may_have_details(&self) -> bool {
+        self.has_details() || self.searches().any(|found| !found.is_complete)
+    }
+
+    /// Returns what was found between the rays, of each step that was searched, and the radius by which the next step grows it.
+    pub fn between_rays(&self, operation: SumOperation) -> impl Iterator<Item = (&BetweenRays, f64)> {
+        let radius = match operation {
+            SumOperation::Opening(radius) | SumOperation::Closing(radius) => radius,
+            SumOperation::Sum(_) | SumOperation::Difference(_) | SumOperation::Offset(_) => 0.0,
+        };
+        let found = self.steps.iter().enumerate();
+        found.filter_map(move |(i, step)| Some((step.between_rays.as_ref()?, if i == 0 { radius } else { 0.0 })))
+    }
+
+    fn searches(&self) -> impl Iterator<Item = &BetweenRays> {
         self.steps.iter().filter_map(|step| step.between_rays.as_ref())
     }
 }
@@ -297,16 +338,17 @@ const IMPRECISE: f64 = 0.1;
 fn imprecise(measured: &Measured) -> Option<Warning> {
     let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
     // An empty sum has a warning of its own.
-    if measured.volume.is_unresolved() && measured.sum.is_some() {
+    if measured.warnings.iter().any(|warning| warning.code == "empty") {
         return None;
     }
     if measured.volume.is_unresolved() {
         let unit = unit::suffix(measured.unit, 3);
         let [least, greatest] = outwards([least, greatest]);
+        let rays = if measured.samples == 0 { "no ray meets the result" } else { "too few rays meet the result" };
         let message = format!(
-            "no ray at a pitch of {:.3e} meets the result: its volume is at least {least} and at most {greatest}{unit}; raise \
+            "{rays} at a pitch of {}: its volume is at least {least} and at most {greatest}{unit}; raise \
              --resolution to resolve it",
-            measured.grid.pitch(),
+            unit::rounded(measured.grid.pitch(), measured.unit),
         );
         return Some(Warning::new("not-resolved", message));
     }
@@ -317,10 +359,14 @@ fn imprecise(measured: &Measured) -> Option<Warning> {
             return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
         }
         format!(
-            "the volume may be off by {much}: too few rays meet the solid at a pitch of {:.3e}; raise --resolution or set --tolerance",
-            measured.grid.pitch()
+            "the volume may be off by {much}: too few rays meet the solid at a pitch of {}; raise --resolution or set --tolerance",
+            unit::rounded(measured.grid.pitch(), measured.unit)
         )
     };
+    // A refinement has said what it came to.
+    if measured.refinement.is_some() && measured.volume.method != Method::Exact {
+        return None;
+    }
     // Equal solids differ by nothing but the rounding of their volumes.
     let is_nothing = measured.volume.method == Method::Exact && value <= error;
     (error > IMPRECISE * value && !is_nothing).then(|| Warning::new("imprecise", message()))
@@ -339,4 +385,27 @@ fn not_finite(measured: &Measured) -> Option<Warning> {
     let why = if measured.volume.value == 0.0 { "as the volume is zero" } else { "as they exceed the range of f64" };
     let message = format!("these results are not finite numbers, {why}: {}", names.join(", "));
     (!names.is_empty()).then(|| Warning::new("not-finite", message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn certified_bounds_narrow_an_estimate() {
+        let narrowed = |value, error, bounds| {
+            let mut volume = Volume::estimate(VolumeEstimate { value, error }, [2.0, 10.0], None);
+            volume.narrow(bounds);
+            (volume.value, volume.error, volume.possible)
+        };
+        let is_near = |(value, error, possible), (expected, of_error, range): (f64, f64, [f64; 2])| {
+            assert!(f64::abs(value - expected) < 1e-9 && f64::abs(error - of_error) < 1e-9, "{value} ± {error}");
+            assert_eq!(possible, range);
+        };
+        is_near(narrowed(5.0, 0.5, [1.0, 20.0]), (5.0, 0.5, [2.0, 10.0]));
+        is_near(narrowed(5.0, 0.5, [5.25, 5.75]), (5.25, 0.5, [5.25, 5.75]));
+        is_near(narrowed(0.0, 0.0, [2.5, 3.0]), (2.5, 0.5, [2.5, 3.0]));
+        // Bounds that rounding parts from the volumes of the inputs.
+        is_near(narrowed(10.0, 0.5, [10.1, 10.2]), (10.0, 0.5, [2.0, 10.0]));
+    }
 }

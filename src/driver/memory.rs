@@ -176,9 +176,10 @@ pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
 
 /// Returns a number of bytes for people: in MB, or in GB from 10 GB on.
 pub fn size(bytes: f64) -> String {
-    match bytes < 1e10 {
-        true => format!("{} MB", number((bytes / 1e5).round() / 10.0)),
-        false => format!("{} GB", number((bytes / 1e8).round() / 10.0)),
+    match bytes {
+        ..1e5 => format!("{} bytes", number(bytes.round())),
+        ..1e10 => format!("{} MB", number((bytes / 1e5).round() / 10.0)),
+        _ => format!("{} GB", number((bytes / 1e8).round() / 10.0)),
     }
 }
 

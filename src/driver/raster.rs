@@ -19,14 +19,22 @@ pub fn lay(bounds: Aabb, spacing: Spacing, lod: u32, name: impl Display) -> Resu
         Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, lod),
         Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
     };
-    grid.map_err(|error| match (&error, spacing) {
-        (GridError::Resolution { .. }, Spacing::Pitch(_)) => {
+    grid.map_err(|error| match spacing {
+        Spacing::Pitch(_) => refused_pitch(&error, bounds.extent().max_element(), name),
+        _ => Error::input(format!("{name}: {error}")),
+    })
+}
+
+/// Returns the refusal of a pitch, and the least one where it gives too many rays along the longest side.
+pub fn refused_pitch(error: &GridError, longest: f64, name: impl Display) -> Error {
+    match error {
+        GridError::Resolution { .. } => {
             // One ray fewer, as the square of the most exceeds what an image can hold.
-            let [_, least] = outwards([0.0, bounds.extent().max_element() / f64::from(RAYS_MAX - 1)]);
+            let [_, least] = outwards([0.0, longest / f64::from(RAYS_MAX - 1)]);
             Error::input(format!("{name}: {error}; the least --pitch is {least}"))
         }
         _ => Error::input(format!("{name}: {error}")),
-    })
+    }
 }
 
 /// Returns the box around all solids.

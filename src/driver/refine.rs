@@ -1,18 +1,19 @@
 //! Refinement: doubles the rays until the error estimate of the volume is small enough.
 
-use super::measured::Refinement;
-use crate::integrate::VolumeEstimate;
+use super::measured::{Refinement, Volume};
 use crate::{Error, Warning};
 
 /// First and last resolution of a refinement.
 pub const COARSEST: u32 = 128;
-const FINEST: u32 = 4096;
+pub const FINEST: u32 = 4096;
 
-/// Least resolution at which a volume of zero is accepted, as a small solid may lie between few rays.
-const ZERO_IS_CREDIBLE: u32 = 1024;
+/// Rays along the longest side up to which a refinement looks for a volume that no ray meets.
+pub const UNMET: u32 = 1024;
 
-/// Doubles the resolution until the error estimate is within the tolerance. Where a round fails by the machine, as for lack of
-/// memory, the result of the round before stands. Returns a warning if the tolerance was not reached.
+/// Doubles the resolution until the error estimate is within the tolerance. A volume of zero is within it only if its error is
+/// zero. `most` returns the most rays along the longest side that are worth a try after a result: [`UNMET`] where no ray meets it,
+/// as a small solid may lie between few of them. Where a round fails by the machine, as for lack of memory, the result of the round
+/// before stands. Returns a warning if the tolerance was not reached.
 ///
 /// Each result is held while the next is computed, beside which it is about a quarter as large.
 ///
@@ -20,23 +21,19 @@ const ZERO_IS_CREDIBLE: u32 = 1024;
 /// Those of the first round, and of later ones all but machine errors.
 pub fn refine<R>(
     tolerance: f64,
-    volume: impl Fn(&R) -> VolumeEstimate,
+    most: impl Fn(&R) -> u32,
+    volume: impl Fn(&R) -> Volume,
     mut round: impl FnMut(u32) -> Result<R, Error>,
 ) -> Result<(R, Refinement, Option<Warning>), Error> {
     let mut resolution = COARSEST;
     let mut result = round(resolution)?;
     loop {
-        let VolumeEstimate { value, error } = volume(&result);
-        let reached = match value == 0.0 {
-            true => error == 0.0 && resolution >= ZERO_IS_CREDIBLE,
-            false => error <= tolerance * value.abs(),
-        };
-        let came_to = if error == 0.0 { 0.0 } else { error / value.abs() };
-        let refinement = Refinement { asked: tolerance, came_to, reached, resolution };
-        if reached {
+        let volume = volume(&result);
+        let refinement = Refinement::of(tolerance, &volume, resolution);
+        if refinement.reached {
             return Ok((result, refinement, None));
         }
-        let failure = match resolution < FINEST {
+        let failure = match resolution < most(&result) {
             true => match round(2 * resolution) {
                 Ok(finer) => {
                     (result, resolution) = (finer, 2 * resolution);
@@ -55,18 +52,25 @@ pub fn refine<R>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::integrate::VolumeEstimate;
+
+    /// Returns a volume that may be twice as large.
+    fn volume(value: f64, error: f64) -> Volume {
+        Volume::estimate(VolumeEstimate { value, error }, [0.0, 2.0 * value], None)
+    }
 
     /// Refines to one percent where the error is inversely proportional to the square of the rays; errors from `refused` rays on.
     fn refined(value: f64, share_at_first: f64, refused: u32, error: Error) -> (Result<u32, Error>, Vec<u32>, String) {
         let mut rounds = Vec::new();
-        let volume = |rays: &u32| {
+        let of_rays = |rays: &u32| {
             let share = share_at_first * (f64::from(COARSEST) / f64::from(*rays)).powi(2);
-            VolumeEstimate { value, error: share * value }
+            volume(value, share * value)
         };
-        let result = refine(0.01, volume, |rays| {
+        let round = |rays| {
             rounds.push(rays);
             if rays < refused { Ok(rays) } else { Err(error.clone()) }
-        });
+        };
+        let result = refine(0.01, |_| FINEST, of_rays, round);
         let message = match &result {
             Ok((_, _, Some(warning))) => warning.message.clone(),
             _ => String::new(),
@@ -80,13 +84,25 @@ mod tests {
 
     #[test]
     fn rays_double_until_the_error_is_small_enough() {
-        let (result, rounds, message) = refined(-8.0, -0.1, u32::MAX, Error::Cancelled);
+        let (result, rounds, message) = refined(8.0, 0.1, u32::MAX, Error::Cancelled);
         assert_eq!((result, rounds, message), (Ok(512), vec![128, 256, 512], String::new()));
         let (result, rounds, message) = refined(8.0, 1e9, u32::MAX, Error::Cancelled);
         assert_eq!((result, rounds.len()), (Ok(4096), 6));
         assert!(message.starts_with("--tolerance 1 %: not reached with 4096 rays"), "{message}");
-        // A result without volume may be one between the rays.
-        assert_eq!(refined(0.0, 0.0, u32::MAX, Error::Cancelled).1, [128, 256, 512, 1024]);
+    }
+
+    #[test]
+    fn a_volume_of_zero_is_reached_only_without_error() {
+        let refined = |greatest, most| {
+            let rays = VolumeEstimate { value: 0.0, error: 0.0 };
+            let of_rays = |_: &u32| Volume::estimate(rays, [0.0, greatest], None);
+            let (rays, refinement, warning) = refine(0.01, |_| most, of_rays, Ok).unwrap();
+            (rays, refinement.reached, warning.map(|warning| warning.message))
+        };
+        assert_eq!(refined(0.0, 1024), (128, true, None));
+        let message = "--tolerance 1 %: not reached with 1024 rays along the longest side, which resolve no volume";
+        assert_eq!(refined(8.0, 1024), (1024, false, Some(message.to_owned())));
+        assert_eq!(refined(8.0, 128).0, 128);
     }
 
     #[test]

@@ -187,18 +187,15 @@ impl Grid {
         if !(is_measurable && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
             return Err(GridError::NoExtent { longest });
         }
-        let mut rays = [1u32; 3];
-        for (axis, rays) in rays.iter_mut().enumerate() {
-            // A side that is a whole number of pitches to within rounding gets no extra ray.
-            let count = (extent[axis] / pitch - 1e-9).ceil().max(1.0);
-            if count > f64::from(RAYS_MAX) {
-                return Err(GridError::Resolution { rays: count as u64 });
-            }
-            *rays = count as u32;
+        // A side that is a whole number of pitches to within rounding gets no extra ray.
+        let counts = extent.to_array().map(|side| (side / pitch - 1e-9).ceil().max(1.0));
+        let most = counts.into_iter().fold(1.0, f64::max);
+        if most > f64::from(RAYS_MAX) {
+            return Err(GridError::Resolution { rays: most as u64 });
         }
+        let rays = counts.map(|count| count as u32);
         countable(rays)?;
-        let most = rays[0].max(rays[1]).max(rays[2]);
-        let shift = (LATTICE_MAX as u32 / most).ilog2();
+        let shift = (LATTICE_MAX as u32 / most as u32).ilog2();
         let side = DVec3::new(f64::from(rays[0]), f64::from(rays[1]), f64::from(rays[2])) * pitch;
         let origin = bounds.min + 0.5 * (extent - side);
         Ok(Grid { origin, pitch, rays, shift, lod })

@@ -173,6 +173,14 @@ fn lists_place_and_name_parts() {
     assert_eq!(names, ["plate.stl", "bolt", "bolt#2"]);
     assert_eq!(json["pairs"].as_array().unwrap().len(), 1);
     assert_eq!((&json["pairs"][0]["a"], &json["pairs"][0]["b"]), (&"plate.stl".into(), &"bolt".into()));
+    // A folder stands for its files, in one place.
+    fs::create_dir(folder.path("parts")).unwrap();
+    for file in ["bolt.stl", "plate.stl"] {
+        fs::rename(folder.path(file), folder.path("parts").join(file)).unwrap();
+    }
+    fs::write(folder.path("all.toml"), part("translate(2,2,0)").replace("bolt.stl", "parts")).unwrap();
+    let json = folder.run(&["clash", "--assembly", "all.toml", "--json", "-"]).code(1).json();
+    assert_eq!((&json["pairs"][0]["a"], &json["pairs"][0]["b"]), (&"bolt/bolt.stl".into(), &"bolt/plate.stl".into()));
 }
 
 #[test]
@@ -190,6 +198,12 @@ fn bad_inputs_are_named() {
     folder.run(&["clash", "a.stl", "empty"]).code(2).says(&["empty", "no mesh files"]);
     fs::write(folder.path("list.toml"), "[[part]]\nfile = \"a.stl\"\ntransform = \"turn(3)\"\n").unwrap();
     folder.run(&["clash", "a.stl", "--assembly", "list.toml"]).code(2).says(&["list.toml", "part 1"]);
+    folder
+        .run(&["clash", "a.stl", "list.toml"])
+        .code(2)
+        .says(&["list.toml: is not a mesh file", "--assembly list.toml"]);
+    let placed = ["clash", "--assembly", "list.toml", "--transform-a", "scale(2)"];
+    folder.run(&placed).code(2).says(&["no input is named `a`", "`transform` there"]);
     folder.run(&["clash", "a.stl", "b.stl", "--clearance", "-1"]).code(2).says(&["--clearance -1"]);
     folder.run(&["clash", "a.stl", "b.stl", "--ignore", "a.stl"]).code(2);
     folder.run(&["clash", "a.stl", "b.stl", "--csv", "a.stl"]).code(2).says(&["a.stl", "overwritten"]);

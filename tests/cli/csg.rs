@@ -106,7 +106,7 @@ fn errors_mark_the_fault_in_an_expression() {
     };
     says(&["a & @ b", "a=a.stl", "b=b.stl"], &["character 5", "a name or `(`, found `@`", "\n    a & @ b\n        ^"]);
     // The program counts characters, not bytes.
-    says(&["größe b", "größe=a.stl", "b=b.stl"], &["character 7", "operators", "\n    größe b\n          ^"]);
+    says(&["größe b", "größe=a.stl", "b=b.stl"], &["character 7", "an operator, one of", "\n    größe b\n          ^"]);
     says(&["a | b)", "a=a.stl", "b=b.stl"], &["character 6", "has no matching", "\n    a | b)\n         ^"]);
     says(&["(a | b", "a=a.stl", "b=b.stl"], &["character 1", "no matching", "\n    (a | b\n    ^"]);
     says(&["a |", "a=a.stl"], &["character 4", "found the end"]);

@@ -113,7 +113,7 @@ fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
     // Nothing is left, and the bounds prove it.
     assert_eq!(offset("-0.6"), [Some(0.0); 6]);
     let empty = ["offset", "a.stl", "--distance", "-0.6", "--resolution", "32"];
-    folder.run(&[&empty[..], &["--bounds"]].concat()).code(0).warns(&["empty, as its bounds prove"]);
+    folder.run(&[&empty[..], &["--bounds"]].concat()).code(0).warns(&["no volume, as bounds of its volume prove"]);
     folder.run(&empty).code(0).warns(&["empty at a pitch", "--resolution"]);
     let [value, lower, upper, least, most, _] = offset("0.25").map(Option::unwrap);
     assert!((lower..=upper).contains(&value) && [least, most] == [lower, upper], "{lower} {value} {upper}");
@@ -230,7 +230,74 @@ fn differences_are_the_places_where_the_second_fits() {
     assert_eq!(result["volume"]["value"], 0.0);
     assert_eq!(warning_codes(&result), ["empty", "empty-surface"]);
     assert!(!folder.path("none.stl").exists());
-    run.warns(&["empty", "B fits nowhere into A"]);
+    run.warns(&["has no volume, as bounds of its volume prove: B cannot move within A"]);
+}
+
+#[test]
+fn empty_results_have_the_bounds_of_the_inputs() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 20.0));
+    let run = |flags: &[&str]| folder.run(&[flags, &["--unit", "mm", "--json", "-"]].concat());
+    // The inputs prove it, so that the first raster decides.
+    let corners = [&cuboid([0.0; 3], [1.0; 3])[..], &cuboid([9.0; 3], [10.0; 3])].concat();
+    folder.stl("corners.stl", &corners);
+    let none: [&[&str]; 5] = [
+        // Balls that fit into the box, but are larger than the solid.
+        &["offset", "corners.stl", "--distance", "-0.8"],
+        &["open", "corners.stl", "--radius", "0.8"],
+        &["offset", "a.stl", "--distance", "-10"],
+        &["open", "a.stl", "--radius", "10.001"],
+        &["minkowski", "a.stl", "a.stl", "--difference", "--transform-b", "scale(1.5)"],
+    ];
+    for flags in none {
+        let proved = run(&[flags, &["--tolerance", "1%"]].concat()).code(0);
+        let result = proved.warns(&["has no volume, as bounds of its volume prove"]).json();
+        assert_eq!((volume(&result), &result["volume"]["at_most"]), (0.0, &0.0.into()), "{result:#}");
+        assert_eq!((&result["tolerance"]["resolution"], &result["tolerance"]["came_to"]), (&128.into(), &0.0.into()));
+    }
+    // A ball that fits exactly leaves itself, so that nothing is proved.
+    let result = run(&["open", "a.stl", "--radius", "10", "--resolution", "32"]).code(0).json();
+    assert!(result["volume"]["at_most"].as_f64().unwrap() > 4189.0, "{result:#}");
+    // A cube of 0.02 is left, and found between the rays.
+    let offset = ["offset", "a.stl", "--distance", "-9.99", "--resolution", "64"];
+    let mut found = run(&offset).code(0);
+    for words in ["no ray at a pitch of 0.3125 mm meets the result", "solid of about"] {
+        found = found.warns(&[words]);
+    }
+    let at_most = |result: &Value| result["volume"]["at_most"].as_f64().unwrap();
+    assert_near(at_most(&found.json()), 0.02f64.powi(3), 1e-9);
+    // The bounds of the offset alone are wider.
+    let result = run(&[&offset[..], &["--assert-below", "1e-5"]].concat()).code(0).json();
+    assert_near(at_most(&result), 0.02f64.powi(3), 1e-9);
+    // Rays are doubled while a detail may lie between them.
+    let result = run(&["offset", "a.stl", "--distance", "-9.9", "--tolerance", "20%"]).code(0).json();
+    assert_near(volume(&result), 0.2f64.powi(3), 0.2 * 0.2f64.powi(3));
+    // A ball may grow from what no ray meets between two steps; the large cube hides it.
+    folder.stl("two.stl", &[&cube(0.0, 20.0)[..], &cuboid([30.0, 0.0, 0.0], [70.0, 40.0, 40.0])].concat());
+    let result =
+        run(&["open", "two.stl", "--radius", "9.95", "--resolution", "128"]).code(0).warns(&["between the two steps"]);
+    let missed = 4.0 / 3.0 * std::f64::consts::PI * 9.95f64.powi(3);
+    assert!(result.json()["volume"]["estimate_error"].as_f64().unwrap() > missed);
+    // An opening is no larger than the solid.
+    let result = folder.json(&["open", "corners.stl", "--radius", "0.6", "--resolution", "32"]);
+    assert_near(result["volume"]["at_most"].as_f64().unwrap(), 2.0, 1e-9);
+}
+
+#[test]
+fn pitches_with_too_many_rays_are_refused_with_the_least_one() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [10.0, 10.0, 40.0]));
+    let jobs: [(&[&str], &str, &str); 5] = [
+        (&["volume", "a.stl", "--estimate"], "4000000 rays", "0.0006103609"),
+        (&["offset", "a.stl", "--distance", "-1"], "4000000 rays", "0.0006103609"),
+        (&["minkowski", "a.stl", "a.stl"], "8000000 rays", "0.001220722"),
+        (&["minkowski", "a.stl", "a.stl", "--difference"], "8000000 rays", "0.001220722"),
+        (&["close", "a.stl", "--radius", "5"], "5000000 rays", "0.0007629"),
+    ];
+    for (job, rays, least) in jobs {
+        let words = [rays, &format!("the least --pitch is {least}")];
+        folder.run(&[job, &["--unit", "mm", "--pitch", "1e-5"]].concat()).code(2).says(&words);
+    }
 }
 
 #[test]

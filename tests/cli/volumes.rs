@@ -161,6 +161,15 @@ fn overlaps_that_no_ray_meets_are_bounded() {
     assert!(warning_codes(&result).contains(&"not-resolved"));
     let text = folder.run(&arguments).code(0).stdout();
     assert!(text.starts_with("intersect   at least 0 and at most ") && text.contains(": not resolved\n"), "{text}");
+    // No tolerance is reached while no ray meets the common part.
+    let run = folder.run(&[&arguments[..4], &["--tolerance", "1%", "--unit", "mm"]].concat()).code(1);
+    run.warns(&["--tolerance 1 %: not reached with 1024 rays along the longest side, which resolve no volume"]);
+    // Certified bounds are narrower than those of the inputs.
+    let result = folder.json(&[&arguments[..], &["--bounds"]].concat());
+    let [least, lower, most, upper] =
+        ["at_least", "lower", "at_most", "upper"].map(|key| number(&result["volume"][key]));
+    assert!(least >= lower && most <= upper && most - least < 1e-8, "{result:#}");
+    assert_near(number(&result["volume"]["value"]), 1e-6, 1e-8);
 }
 
 #[test]

@@ -299,7 +299,7 @@ pub struct SampleArguments {
 #[derive(Debug, Args)]
 #[command(after_help = SURFACE_EXAMPLES)]
 pub struct SurfaceArguments {
-    /// Images of one solid along x, y and z, as written by `-o FILE.npz`
+    /// Images of one solid, as written by `-o FILE.npz`: along x, y and z for a surface, along one axis or more for voxels
     pub images: PathBuf,
     /// Output file: .stl, .obj, .ply, .off, .glb or .3mf (surface), .vti or .npy (voxels)
     #[arg(short, long, value_name = "FILE")]
@@ -440,15 +440,16 @@ pub struct ListPlacingArguments {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub struct TransformArguments {
-    /// Place A before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own unit; rotate
-    /// takes an axis and degrees, scale one number or three
+    /// Place A, the first input, before use, steps from left to right: 'translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own
+    /// unit; rotate takes an axis and degrees, scale one number or three
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_a: Option<Placement>,
-    /// Place B before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
+    /// Place B, the second input, before use: 'translate(1,0,0) rotate(0,0,1,30) scale(2)'
     #[arg(long, value_name = "PLACEMENT")]
     pub transform_b: Option<Placement>,
     /// Place the named input before use, steps from left to right: b='translate(1,0,0) rotate(0,0,1,30) scale(2)', in its own
-    /// unit; rotate takes an axis and degrees, scale one number or three; may be repeated for other inputs
+    /// unit; rotate takes an axis and degrees, scale one number or three; may be repeated for other inputs. Inputs are named a, b,
+    /// c … in their order, those of `csg` as there
     #[arg(long = "transform", value_name = "NAME=PLACEMENT")]
     pub transforms: Vec<NamedPlacement>,
 }
@@ -485,7 +486,7 @@ pub struct SamplingArguments {
     #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
     /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
-    #[arg(long, value_name = "P%")]
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
     pub tolerance: Option<Share>,
     #[command(flatten)]
     pub kind: KindArguments,
@@ -569,7 +570,7 @@ pub struct FinishArguments {
     #[arg(long, visible_alias = "simplify", value_name = "BOUND")]
     pub surface_error: Option<Bound>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001
-    #[arg(long, value_name = "P%")]
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
     pub drop_parts: Option<Share>,
     /// Subtract a round offset near the centre from the mesh's coordinates, to keep detail far from the origin; .glb and .3mf
     /// store it as a translation

@@ -314,7 +314,10 @@ fn placements(names: &[String], transforms: TransformArguments) -> Result<Vec<Op
         .map(|args::NamedPlacement { name, placement }| (format!("--transform {name}=…"), name, placement));
     for (flag, name, placement) in short.chain(named) {
         let Some(i) = names.iter().position(|known| *known == name) else {
-            let known = if names.is_empty() { String::new() } else { format!("; the inputs are {}", names.join(", ")) };
+            let known = match names.is_empty() {
+                true => "; parts of a list have their `transform` there".to_owned(),
+                false => format!("; the inputs are {}", names.join(", ")),
+            };
             return Err(Error::input(format!("{flag}: no input is named `{name}`{known}")));
         };
         if placements[i].replace(placement).is_some() {

@@ -40,13 +40,30 @@ pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warnin
     Ok((parts, warnings))
 }
 
-/// Returns the files of a job: the named ones, those in the named folders by their names, and those of the assembly.
+/// Returns the files of a job: the named ones, those of the assembly, and those in named folders by their names.
 fn sources(job: &ClashJob) -> Result<Vec<Input>, Error> {
+    let is_list = |path: &Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    if let Some(list) = job.inputs.iter().find(|input| is_list(&input.path) && input.path.exists()) {
+        let list = list.path.display();
+        return Err(Error::input(format!("{list}: is not a mesh file; a list of parts is given by --assembly {list}")));
+    }
+    let listed = match &job.assembly {
+        None => Vec::new(),
+        #[cfg(feature = "report")]
+        Some(path) => super::assembly::read(path)?,
+        #[cfg(not(feature = "report"))]
+        Some(path) => {
+            let list = path.display();
+            return Err(Error::input(format!(
+                "{list}: build ldi_ops with the feature `report` to read lists of parts"
+            )));
+        }
+    };
     let mut sources = Vec::new();
-    for input in &job.inputs {
-        let Input { path, placement, .. } = input;
+    for input in job.inputs.iter().cloned().chain(listed) {
+        let Input { name, path, placement } = &input;
         if !path.is_dir() {
-            sources.push(input.clone());
+            sources.push(input);
             continue;
         }
         let failure = |error: std::io::Error| Error::input(format!("{}: {error}", path.display()));
@@ -58,23 +75,21 @@ fn sources(job: &ClashJob) -> Result<Vec<Input>, Error> {
             return Err(Error::input(format!("{}: the folder has no mesh files", path.display())));
         }
         files.sort();
-        sources.extend(files.into_iter().map(|path| Input { name: None, path, placement: *placement }));
-    }
-    if let Some(path) = &job.assembly {
-        #[cfg(feature = "report")]
-        sources.extend(super::assembly::read(path)?);
-        #[cfg(not(feature = "report"))]
-        return Err(Error::input(format!(
-            "{}: build ldi_ops with the feature `report` to read lists of parts",
-            path.display()
-        )));
+        sources.extend(files.into_iter().map(|path| {
+            let name = name.as_ref().map(|name| format!("{name}/{}", short(&path)));
+            Input { name, path, placement: *placement }
+        }));
     }
     Ok(sources)
 }
 
+/// Returns the name of a file without its folder.
+fn short(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).display().to_string()
+}
+
 /// Returns the name of each source: that of its file, or its path if other files have that name.
 fn names_of_files(sources: &[Input]) -> Vec<String> {
-    let short = |path: &Path| path.file_name().map_or_else(|| path.display().to_string(), |n| n.display().to_string());
     let mut paths: HashMap<String, &Path> = HashMap::new();
     let mut is_shared: HashMap<String, bool> = HashMap::new();
     for Input { path, .. } in sources {

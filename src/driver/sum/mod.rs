@@ -13,6 +13,7 @@ mod shells;
 mod spot_check;
 mod steps;
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
@@ -21,6 +22,7 @@ use crate::grid::Axis;
 use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::VolumeSums;
 use crate::mesh::{Aabb, ClosedMesh, Precision};
+use crate::metrics::bounds::Interval;
 use crate::sampler::{FillRule, Mode};
 
 pub use self::backend::SumBackend;
@@ -29,17 +31,19 @@ use self::shells::{Shells, Windings};
 use self::steps::{Setting, Step, StepImages};
 use super::certainty::{Certified, certify_offset};
 use super::input::{self, InputRequirements, Sides, Solid};
+use super::machine;
 use super::measure::check_pitches;
 use super::measured::{Measured, Seconds, SumReport, Volume};
 use super::memory::Limit;
 use super::raster;
-use super::refine::refine;
+use super::refine::{COARSEST, FINEST, UNMET, refine};
 use super::surface::{self, Imaged};
 use crate::Error;
 use crate::Warning;
 use crate::driver::job::{Finish, ImageTarget, Input, Keep, Openness, Operand, Spacing, SumJob, SumOperation};
 use crate::number::number;
 use crate::progress::Monitor;
+use crate::unit;
 
 /// Reads inputs, computes their sum, difference or offset, measures it and writes `target`.
 ///
@@ -86,52 +90,71 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         can_be_certified(operation)?;
     }
     let spacing = job.spacing.in_unit(solids[0].unit)?;
+    let mut windings = Vec::new();
     for (i, solid) in solids.iter_mut().enumerate() {
         let side = if i == 0 { first_side(operation) } else { Side::Inside };
-        warnings.extend(face_outwards(solid, side, requirements)?);
+        windings.push(Windings::of(solid)?);
+        warnings.extend(face_outwards(solid, &windings[i], side, requirements)?);
     }
     // A difference is the complement of a sum with the reflected B.
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
     }
+    let greatest = greatest_volume(operation, &solids, &windings[0]);
+    // The rays may exceed the greatest volume by rounding to the lattice, or by the mesh between two steps.
+    let possible = |rays: &VolumeEstimate| match rays.value - rays.error <= greatest {
+        true => [0.0, greatest],
+        false => [0.0, rays.value],
+    };
+    let held = machine::held_memory();
     let mut round = |spacing| {
-        let raster = Raster { needs_bounds, ..Raster::of(job, (operation, spacing), &solids) };
+        let raster = Raster { needs_bounds, held, ..Raster::of(job, (operation, spacing), &solids) };
         let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-        let rays = estimate(job, (operation, &operated), &solids, backend, &mut seconds, progress)?;
+        let rays = estimate(job, (operation, &operated), (&solids, held), backend, &mut seconds, progress)?;
         Ok((operated, rays))
     };
     let ((operated, rays), refinement) = match spacing {
         Spacing::Tolerance(tolerance) => {
             let by_rays = |rays| round(Spacing::Resolution(rays));
-            let (round, found, warning) = refine(tolerance, |(_, rays): &(Operated, _)| *rays, by_rays)?;
+            let volume = |(_, rays): &(Operated, _)| Volume::estimate(*rays, possible(rays), None);
+            // Between the rays of an empty result, a complete search has found nothing.
+            let most = |(operated, _): &(Operated, _)| match (operated.is_empty(), operated.report.may_have_details()) {
+                (true, false) => COARSEST,
+                (true, true) => UNMET,
+                (false, _) => FINEST,
+            };
+            let (round, found, warning) = refine(tolerance, most, volume, by_rays)?;
             warnings.extend(warning);
             (round, Some(found))
         }
         spacing => (round(spacing)?, None),
     };
+    let is_empty = operated.is_empty();
     let StepImages { grid, volume_sums, images, normals, bounds, .. } = operated.last;
     let certified = match (operation, bounds) {
         _ if !needs_bounds => Certified::default(),
         (SumOperation::Offset(distance), _) => {
-            certify_offset(job, &solids[0], (distance, grid.pitch()), &mut warnings, progress)?
+            let within = |bounds| within_box(operation, &solids, bounds);
+            certify_offset(job, &solids[0], (distance, grid.pitch()), within, &mut warnings, progress)?
         }
-        (_, Some(bounds)) => Certified::of(&job.certainty, [bounds.lower, bounds.upper], solids[0].unit)?,
+        (_, Some(Interval { lower, upper })) => {
+            Certified::of(&job.certainty, within_box(operation, &solids, [lower, upper]), solids[0].unit)?
+        }
         (_, None) => unreachable!("a sum has bounds if they are needed"),
     };
-    let is_empty = volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0);
-    let proves_empty = is_empty && certified.bounds.is_some_and(|[_, upper]| upper == 0.0);
+    let has_details = operated.report.has_details();
+    let proves_empty =
+        is_empty && (greatest == 0.0 && !has_details || certified.bounds.is_some_and(|[_, upper]| upper == 0.0));
     let possible = match certified.bounds {
+        _ if proves_empty => [0.0; 2],
         // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
-        Some(bounds) if job.mode == Mode::Exact || proves_empty => bounds,
-        _ => [0.0, result_box(operation, &solids).extent().element_product()],
+        Some([lower, upper]) if job.mode == Mode::Exact => [lower, upper.min(possible(&rays)[1]).max(lower)],
+        _ => possible(&rays),
     };
     let volume = Volume::estimate(rays, possible, None);
     warnings.extend(operated.warnings);
-    let steps = operated.report.steps.len();
-    warnings.extend(operated.report.between_rays().enumerate().filter_map(|(step, found)| {
-        let prefix = if step + 1 < steps { "between the two steps: " } else { "" };
-        found.warning(prefix, solids[0].unit)
-    }));
+    let found = operated.report.between_rays(operation);
+    warnings.extend(found.filter_map(|(found, grown)| found.warning(grown, solids[0].unit)));
     // Folds of the surface between two steps come from the lattice, and the user cannot repair them.
     if operated.report.steps[0].is_folded {
         let message = format!(
@@ -142,7 +165,8 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         warnings.push(Warning::new("folded", message));
     }
     if is_empty {
-        warnings.push(empty(operation, grid.pitch(), proves_empty));
+        let length = |length| unit::rounded(length, solids[0].unit);
+        warnings.push(empty(operation, grid.pitch(), (proves_empty, has_details), length));
     }
 
     seconds.total = start.elapsed().as_secs_f64();
@@ -194,7 +218,7 @@ fn can_be_certified(operation: SumOperation) -> Result<(), Error> {
 fn estimate(
     job: &SumJob,
     (operation, operated): (SumOperation, &Operated),
-    solids: &[Solid],
+    (solids, held): (&[Solid], u64),
     backend: &SumBackend,
     seconds: &mut Seconds,
     progress: &Monitor,
@@ -205,12 +229,12 @@ fn estimate(
     for ratio in check_pitches(&job.axes) {
         let pitch = ratio * grid.pitch();
         let (axes, keep) = (&Axis::ALL, Keep::Sums);
-        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false };
+        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false, held };
         let last = operate(job, operation, raster, solids, backend, seconds, progress)?.last;
         coarser.push(axis_volumes(&last.volume_sums));
     }
     let rays = VolumeEstimate::from_rasters(&axis_volumes(volume_sums), &coarser);
-    let between_rays = operated.report.between_rays().map(BetweenRays::volume).sum::<f64>();
+    let between_rays: f64 = operated.report.between_rays(operation).map(|(found, grown)| found.volume(grown)).sum();
     Ok(VolumeEstimate { error: rays.error.max(*bias) + between_rays, ..rays })
 }
 
@@ -219,6 +243,13 @@ struct Operated {
     last: StepImages,
     report: SumReport,
     warnings: Vec<Warning>,
+}
+
+impl Operated {
+    /// Returns whether no ray meets the result.
+    fn is_empty(&self) -> bool {
+        self.last.volume_sums.iter().all(|volume_sums| volume_sums.samples() == 0)
+    }
 }
 
 /// The images to make, and the part of them to keep.
@@ -232,6 +263,8 @@ struct Raster<'j> {
     needs_bounds: bool,
     /// True if details between the rays are searched.
     searches: bool,
+    /// Bytes that the process held before its first raster.
+    held: u64,
 }
 
 impl Raster<'_> {
@@ -242,7 +275,7 @@ impl Raster<'_> {
             Spacing::Pitch(pitch) => pitch,
             Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
         };
-        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false, searches: true }
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false, searches: true, held: 0 }
     }
 }
 
@@ -257,12 +290,26 @@ fn operate(
     progress: &Monitor,
 ) -> Result<Operated, Error> {
     let limit = Limit::new(job.memory);
+    let held_by_rays = || machine::held_memory().saturating_sub(raster.held);
     let longest = counted_side(operation, solids);
-    let Raster { pitch, axes, mode, keep, needs_bounds, searches } = raster;
+    let Raster { pitch, axes, mode, keep, needs_bounds, searches, .. } = raster;
     let names = raster::names(solids);
     let (lod, names) = (job.lod, &names[..]);
-    let setting =
-        Setting { pitch, longest, lod, limit, backend, axes, mode, keep, needs_bounds, searches, names, progress };
+    let setting = Setting {
+        pitch,
+        longest,
+        lod,
+        limit,
+        held_by_rays: held_by_rays(),
+        backend,
+        axes,
+        mode,
+        keep,
+        needs_bounds,
+        searches,
+        names,
+        progress,
+    };
     let a = closed(&solids[0]);
     let (step, next) = match operation {
         SumOperation::Sum(_) => (Step::Sum(closed(&solids[1])), None),
@@ -301,7 +348,7 @@ fn operate(
         false => {
             drop(between);
             let mesh = ClosedMesh::check(mesh).map_err(Error::input)?;
-            let last = setting.make(&mesh, &next, seconds)?;
+            let last = Setting { held_by_rays: held_by_rays(), ..setting }.make(&mesh, &next, seconds)?;
             steps.push(last.report.clone());
             last
         }
@@ -336,6 +383,50 @@ fn result_box(operation: SumOperation, solids: &[Solid]) -> Aabb {
     }
 }
 
+/// Returns the sides of the box of A shrunk by B or by the ball, if the result lies in that; negative where there is no room.
+fn shrunk_sides(operation: SumOperation, solids: &[Solid]) -> Option<DVec3> {
+    let by = match operation {
+        SumOperation::Difference(_) => solids[1].bounds().extent(),
+        SumOperation::Offset(distance) if distance < 0.0 => DVec3::splat(-2.0 * distance),
+        _ => return None,
+    };
+    Some(solids[0].bounds().extent() - by)
+}
+
+/// Returns the greatest volume that the inputs allow a result. An operation that shrinks A gives at most A's volume, and at most that
+/// of A's box shrunk by B or by the ball. For an offset inwards, ∛V(result) ≤ ∛V(A) − ∛V(ball) (Brunn–Minkowski). An opening is
+/// empty where its first step is.
+fn greatest_volume(operation: SumOperation, solids: &[Solid], windings: &Windings) -> f64 {
+    let of_a = if windings.are_of_one_sign() { solids[0].volume.abs() } else { f64::INFINITY };
+    let root_of_ball = |radius: f64| radius * (4.0 / 3.0 * PI).cbrt();
+    let of_box = match shrunk_sides(operation, solids) {
+        Some(sides) => sides.max(DVec3::ZERO).element_product(),
+        None => result_box(operation, solids).extent().element_product(),
+    };
+    match operation {
+        SumOperation::Difference(_) => of_box.min(of_a),
+        SumOperation::Offset(distance) if distance < 0.0 => {
+            of_box.min((of_a.cbrt() - root_of_ball(-distance)).max(0.0).powi(3))
+        }
+        SumOperation::Opening(radius) => {
+            let narrowest = solids[0].bounds().extent().min_element();
+            match 2.0 * radius > narrowest || root_of_ball(radius) > of_a.cbrt() {
+                true => 0.0,
+                false => of_box.min(of_a),
+            }
+        }
+        SumOperation::Sum(_) | SumOperation::Offset(_) | SumOperation::Closing(_) => of_box,
+    }
+}
+
+/// Narrows certified bounds by the shrunk box, of which rounding is counted.
+fn within_box(operation: SumOperation, solids: &[Solid], [lower, upper]: [f64; 2]) -> [f64; 2] {
+    let Some(sides) = shrunk_sides(operation, solids) else { return [lower, upper] };
+    let rounding = 4.0 * f64::EPSILON * solids[0].bounds().extent();
+    let of_box = (sides + rounding).max(DVec3::ZERO).element_product();
+    [lower, upper.min((1.0 + 4.0 * f64::EPSILON) * of_box)]
+}
+
 /// Returns the side that a resolution counts along: the longest of the result's box.
 fn counted_side(operation: SumOperation, solids: &[Solid]) -> f64 {
     result_box(operation, solids).extent().max_element()
@@ -360,8 +451,12 @@ fn first_side(operation: SumOperation) -> Side {
 }
 
 /// Reverses a solid whose triangles all face inwards, and refuses solids whose sum is not defined.
-fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
-    let windings = Windings::of(solid)?;
+fn face_outwards(
+    solid: &mut Solid,
+    windings: &Windings,
+    side: Side,
+    requirements: InputRequirements,
+) -> Result<Option<Warning>, Error> {
     let name = solid.name().to_string();
     if let Some(share) = windings.overlap() {
         let overlap = format!("{name}: shells overlap in {:.2} % of the solid", 100.0 * share);
@@ -406,18 +501,32 @@ fn face_outwards(solid: &mut Solid, side: Side, requirements: InputRequirements)
     }
 }
 
-/// Returns the warning of an empty result, with the reason.
-fn empty(operation: SumOperation, pitch: f64, is_proved: bool) -> Warning {
-    let why = match operation {
-        SumOperation::Difference(_) => "B fits nowhere into A".to_owned(),
-        SumOperation::Offset(distance) => format!("no ball of radius {} fits into the solid", number(-distance)),
-        SumOperation::Opening(radius) => format!("no ball of radius {} fits into the solid", number(radius)),
-        SumOperation::Sum(_) | SumOperation::Closing(_) => "the solid is thinner than the pitch".to_owned(),
+/// Returns the warning of an empty result. Where its emptiness is not proved, it may have details that no ray meets.
+fn empty(
+    operation: SumOperation,
+    pitch: f64,
+    (is_proved, has_details): (bool, bool),
+    length: impl Fn(f64) -> String,
+) -> Warning {
+    let pitch = length(pitch);
+    let why = match (operation, is_proved) {
+        (SumOperation::Difference(_), true) => "B cannot move within A".to_owned(),
+        (SumOperation::Difference(_), false) => "B hardly fits into A, if at all".to_owned(),
+        // A ball that fits exactly leaves a point.
+        (SumOperation::Offset(distance), true) => {
+            format!("no ball larger than one of radius {} fits into the solid", length(-distance))
+        }
+        (SumOperation::Opening(radius), true) => format!("no ball of radius {} fits into the solid", length(radius)),
+        (SumOperation::Offset(radius) | SumOperation::Opening(radius), false) => {
+            format!("a ball of radius {} hardly fits into the solid, if at all", length(radius.abs()))
+        }
+        (SumOperation::Sum(_) | SumOperation::Closing(_), _) => "the solid is thinner than the pitch".to_owned(),
     };
-    let message = match is_proved {
-        true => format!("the result is empty, as its bounds prove: {why}"),
-        false => {
-            format!("the result is empty at a pitch of {pitch:.3e}: {why}; raise --resolution to find smaller parts")
+    let message = match (is_proved, has_details) {
+        (true, _) => format!("the result has no volume, as bounds of its volume prove: {why}"),
+        (false, true) => format!("no ray at a pitch of {pitch} meets the result; raise --resolution to resolve it"),
+        (false, false) => {
+            format!("the result is empty at a pitch of {pitch}: {why}; raise --resolution to find smaller parts")
         }
     };
     Warning::new("empty", message)

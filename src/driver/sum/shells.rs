@@ -92,6 +92,12 @@ impl Windings {
         }
     }
 
+    /// Returns whether the rays met windings of one sign alone, so that the signed volume of the mesh, as far as these rays tell, is
+    /// at least that of the solid.
+    pub fn are_of_one_sign(&self) -> bool {
+        (self.positive == 0) != (self.negative == 0)
+    }
+
     /// Returns the share of the solid in which shells overlap, if it is large enough to matter to a sum.
     pub fn overlap(&self) -> Option<f64> {
         let share = self.share_of_overlaps();
@@ -128,5 +134,7 @@ mod tests {
         assert_eq!(of(&[(1, 1000), (2, 1)]).overlap(), None);
         assert_eq!(of(&[(1, 750), (2, 250)]).overlap(), Some(0.25));
         assert_eq!(of(&[(-1, 750), (-2, 250)]).overlap(), Some(0.25));
+        assert!(of(&[(-1, 750), (-2, 250)]).are_of_one_sign() && !of(&[(1, 1000), (-1, 1)]).are_of_one_sign());
+        assert!(!of(&[]).are_of_one_sign());
     }
 }

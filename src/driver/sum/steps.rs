@@ -14,6 +14,7 @@ use crate::driver::job::Keep;
 use crate::driver::machine;
 use crate::driver::measured::{Seconds, StepReport};
 use crate::driver::memory::{self, Cost, Limit};
+use crate::driver::raster::refused_pitch;
 use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
@@ -102,6 +103,8 @@ pub struct Setting<'s> {
     pub longest: f64,
     pub lod: u32,
     pub limit: Limit,
+    /// Bytes of rasters and meshes before, which grow with the number of rays.
+    pub held_by_rays: u64,
     pub backend: &'s SumBackend,
     /// The axes of the requested images.
     pub axes: &'s [Axis],
@@ -198,7 +201,9 @@ impl Setting<'_> {
         let mut laps = Laps::start();
         self.progress.stage("culling")?;
         let grids = SumGrid::with_pitch(a.bounds(), b.bounds(), self.pitch, self.lod);
-        let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| self.refused(&error))?;
+        let SumGrid { sum: grid, a: grid_a, b: grid_b } = grids.map_err(|error| {
+            refused_pitch(&error, (a.bounds().extent() + b.bounds().extent()).max_element(), self.names)
+        })?;
         let (a, b) = (self.polyhedron(&grid_a, a, exterior)?, self.polyhedron(&grid_b, b, Exterior::Out)?);
         let (mut primitives, pairs) = match sides {
             Sides::Behind => cull(&a, &b),
@@ -283,7 +288,9 @@ impl Setting<'_> {
     ) -> Result<StepImages, StepError> {
         let mut laps = Laps::start();
         self.progress.stage("finding edges")?;
-        let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod).map_err(|error| self.refused(&error))?;
+        let grid = offset_grid(a.bounds(), distance, self.pitch, self.lod);
+        let longest = a.bounds().extent().max_element() + 2.0 * distance.max(0.0);
+        let grid = grid.map_err(|error| refused_pitch(&error, longest, self.names))?;
         let exterior = if distance > 0.0 { Exterior::Out } else { Exterior::In };
         let solid = self.polyhedron(&grid, a, exterior)?;
         let radius = distance.abs() / grid.step();
@@ -530,10 +537,11 @@ impl Setting<'_> {
         };
         // The image of an estimate is in memory together with the exact one.
         let retrieving = spans + images + 2.0 * image;
+        let held_by_rays = self.held_by_rays as f64;
         let cost = Cost {
-            fixed: machine::held_memory() as f64 + extra.fixed,
+            fixed: (machine::held_memory() as f64 - held_by_rays).max(0.0) + extra.fixed,
             of_rows: 0.0,
-            of_rays: resolving.max(retrieving).max(images + mesh) + extra.of_rays,
+            of_rays: resolving.max(retrieving).max(images + mesh) + extra.of_rays + held_by_rays,
             of_nodes: self.backend.bits_of_node() / 8.0 * memory::nodes(grid),
         };
         let subject = format_args!("{}: spans and images", self.names);

@@ -167,7 +167,7 @@ pub struct SumSamplingArguments {
     #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
     /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
-    #[arg(long, value_name = "P%")]
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
     pub tolerance: Option<Share>,
     #[command(flatten)]
     pub kind: KindArguments,

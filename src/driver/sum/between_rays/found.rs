@@ -1,6 +1,7 @@
 //! The details that a search found, and the warning that names them.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -91,15 +92,16 @@ impl BetweenRays {
         });
     }
 
-    /// Returns the volume of all details, in cubic world units.
-    pub fn volume(&self) -> f64 {
-        self.details.iter().map(|detail| detail.volume).sum()
+    /// Returns the volume of all details, in cubic world units. Those of a first step grow by the radius of the second: each is
+    /// counted as a ball around its box.
+    pub fn volume(&self, grown: f64) -> f64 {
+        let ball = |detail: &Detail| 4.0 / 3.0 * PI * (grown + 0.5 * detail.size.length()).powi(3);
+        self.details.iter().map(|detail| if grown > 0.0 { ball(detail) } else { detail.volume }).sum()
     }
 
-    /// Returns a warning if there are details; `prefix` says of which step.
-    pub fn warning(&self, prefix: &str, unit: Option<LengthUnit>) -> Option<Warning> {
+    /// Returns a warning if there are details; `grown` is as in [`volume`](Self::volume).
+    pub fn warning(&self, grown: f64, unit: Option<LengthUnit>) -> Option<Warning> {
         let (first, solids) = (self.details.first()?, self.details.iter().filter(|detail| detail.is_solid).count());
-        let length = |value: f64| format!("{}{}", digits(value, 3), unit::suffix(unit, 1));
         let counts =
             [(self.details.len() - solids, "cavity", "cavities"), (solids, "piece of solid", "pieces of solid")];
         let counted = |&(count, one, many): &(usize, &str, &str)| match count {
@@ -117,19 +119,21 @@ impl BetweenRays {
             true => String::new(),
             false => format!(
                 "the search ended at its limit, and more details narrower than {} may exist; ",
-                length(self.searched_to)
+                unit::rounded(self.searched_to, unit)
             ),
         };
         let least = self.details.iter().map(|detail| detail.size.min_element()).fold(first.size.x, f64::min);
         Some(Warning::new(
             "between-rays",
             format!(
-                "{prefix}no ray meets {} of the result: {}{others}; the images lack {}, about {}{} in total, which the error \
+                "{}no ray meets {} of the result: {}{others}; the images lack {}{}, about {}{} in total, which the error \
                  estimate includes; {limit}raise --resolution, or set --pitch to {} or less",
+                if grown > 0.0 { "between the two steps: " } else { "" },
                 kinds.join(" and "),
                 named.join(", "),
                 if self.details.len() == 1 { "it" } else { "them" },
-                digits(self.volume(), 2),
+                if grown > 0.0 { " and what the second step makes of that" } else { "" },
+                digits(self.volume(grown), 2),
                 unit::suffix(unit, 3),
                 digits(0.5 * least, 2)
             ),

@@ -84,10 +84,10 @@ fn a_search_that_runs_out_of_tests_says_so() {
     };
     // 4681 boxes for each cube, to the last halving.
     let few = searched.details(cubes(2));
-    assert!(few.is_complete && few.searched_to == 1.0 / 16.0 && few.warning("", None).is_none(), "{few:?}");
+    assert!(few.is_complete && few.searched_to == 1.0 / 16.0 && few.warning(0.0, None).is_none(), "{few:?}");
     let mut many = searched.details(cubes(60));
     assert!(!many.is_complete && many.searched_to == 0.25, "{many:?}");
     many.details.push(Detail { is_solid: false, place: DVec3::ONE, size: DVec3::splat(0.5), volume: 0.125 });
-    let warning = many.warning("", None).unwrap();
+    let warning = many.warning(0.0, None).unwrap();
     assert!(warning.message.contains("ended at its limit, and more details narrower than 0.25 may"), "{warning}");
 }
