@@ -112,9 +112,12 @@ fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
     };
     // Nothing is left, and the bounds prove it.
     assert_eq!(offset("-0.6"), [Some(0.0); 6]);
-    let empty = ["offset", "a.stl", "--distance", "-0.6", "--resolution", "32"];
+    // Of two plates at the ends of their box, the certified bounds alone prove it.
+    let plates = [[0.0, 0.5], [9.5, 10.0]].map(|[low, high]| cuboid([0.0, 0.0, low], [10.0, 10.0, high]));
+    folder.stl("plates.stl", &plates.concat());
+    let empty = ["offset", "plates.stl", "--distance", "-0.6", "--resolution", "32"];
     folder.run(&[&empty[..], &["--bounds"]].concat()).code(0).warns(&["no volume, as bounds of its volume prove"]);
-    folder.run(&empty).code(0).warns(&["empty at a pitch", "--resolution"]);
+    folder.run(&empty).code(0).warns(&["empty at a pitch", "hardly fits into the solid, if at all", "--resolution"]);
     let [value, lower, upper, least, most, _] = offset("0.25").map(Option::unwrap);
     assert!((lower..=upper).contains(&value) && [least, most] == [lower, upper], "{lower} {value} {upper}");
     let json = folder.json(&["minkowski", "a.stl", "b.stl", "--resolution", "32", "--bounds"]);
