@@ -129,7 +129,8 @@ impl Volume {
         // Where rounding leaves nothing between them, the volumes of the inputs stand.
         if let (Some(rays), Method::Estimate(not_exact), true) = (self.rays, self.method, least <= greatest) {
             let narrowed = Volume::estimate(rays, possible, not_exact);
-            let error = self.error.max(narrowed.error).min(greatest - least + 1e-12 * greatest);
+            let farthest = (greatest - narrowed.value).max(narrowed.value - least);
+            let error = self.error.max(narrowed.error).min(farthest + 1e-12 * greatest);
             *self = Volume { error, exact: self.exact, ..narrowed };
         }
     }

@@ -188,7 +188,8 @@ pub fn rays(grid: &Grid) -> f64 {
     Axis::ALL.iter().map(|&axis| rays_along(grid, axis) as f64).sum()
 }
 
-fn rays_along(grid: &Grid, axis: Axis) -> u64 {
+/// Returns the number of rays of the image along an axis.
+pub fn rays_along(grid: &Grid, axis: Axis) -> u64 {
     let (columns, rows) = grid.image_size(axis);
     u64::from(columns) * u64::from(rows)
 }

@@ -1,6 +1,6 @@
 //! Refinement: doubles the rays until the error estimate of the volume is small enough.
 
-use super::measured::{Refinement, Volume};
+use super::measured::{Method, Refinement, Volume};
 use crate::{Error, Warning};
 
 /// First and last resolution of a refinement.
@@ -10,10 +10,34 @@ pub const FINEST: u32 = 4096;
 /// Rays along the longest side up to which a refinement looks for a volume that no ray meets.
 pub const UNMET: u32 = 1024;
 
+/// The end of a refinement.
+#[derive(Debug)]
+pub struct RefinementEnd {
+    /// The greatest error that was asked for, as a share of the volume.
+    pub tolerance: f64,
+    /// Rays along the longest side of the last raster.
+    pub resolution: u32,
+    /// The estimate of these rays.
+    pub volume: Volume,
+    /// The reason why finer rays failed, for a message.
+    pub failure: String,
+}
+
+impl RefinementEnd {
+    /// Judges the volume that is stated, which bounds may have narrowed since; beside an exact one, the estimate of the rays.
+    /// Returns a warning if the tolerance is not reached.
+    pub fn judge(&self, stated: &Volume) -> (Refinement, Option<Warning>) {
+        let volume = if stated.method == Method::Exact { &self.volume } else { stated };
+        let refinement = Refinement::of(self.tolerance, volume, self.resolution);
+        let warning = || Warning::new("tolerance-not-reached", format!("{refinement}{}", self.failure));
+        (refinement, (!refinement.reached).then(warning))
+    }
+}
+
 /// Doubles the resolution until the error estimate is within the tolerance. A volume of zero is within it only if its error is
 /// zero. `most` returns the most rays along the longest side that are worth a try after a result: [`UNMET`] where no ray meets it,
 /// as a small solid may lie between few of them. Where a round fails by the machine, as for lack of memory, the result of the round
-/// before stands. Returns a warning if the tolerance was not reached.
+/// before stands.
 ///
 /// Each result is held while the next is computed, beside which it is about a quarter as large.
 ///
@@ -24,16 +48,13 @@ pub fn refine<R>(
     most: impl Fn(&R) -> u32,
     volume: impl Fn(&R) -> Volume,
     mut round: impl FnMut(u32) -> Result<R, Error>,
-) -> Result<(R, Refinement, Option<Warning>), Error> {
+) -> Result<(R, RefinementEnd), Error> {
     let mut resolution = COARSEST;
     let mut result = round(resolution)?;
     loop {
         let volume = volume(&result);
-        let refinement = Refinement::of(tolerance, &volume, resolution);
-        if refinement.reached {
-            return Ok((result, refinement, None));
-        }
-        let failure = match resolution < most(&result) {
+        let is_reached = Refinement::of(tolerance, &volume, resolution).reached;
+        let failure = match !is_reached && resolution < most(&result) {
             true => match round(2 * resolution) {
                 Ok(finer) => {
                     (result, resolution) = (finer, 2 * resolution);
@@ -44,8 +65,7 @@ pub fn refine<R>(
             },
             false => String::new(),
         };
-        let warning = Warning::new("tolerance-not-reached", format!("{refinement}{failure}"));
-        return Ok((result, refinement, Some(warning)));
+        return Ok((result, RefinementEnd { tolerance, resolution, volume, failure }));
     }
 }
 
@@ -71,12 +91,11 @@ mod tests {
             if rays < refused { Ok(rays) } else { Err(error.clone()) }
         };
         let result = refine(0.01, |_| FINEST, of_rays, round);
-        let message = match &result {
-            Ok((_, _, Some(warning))) => warning.message.clone(),
-            _ => String::new(),
-        };
-        let result = result.map(|(rays, refinement, warning)| {
+        let mut message = String::new();
+        let result = result.map(|(rays, end)| {
+            let (refinement, warning) = end.judge(&end.volume);
             assert_eq!((refinement.resolution, refinement.reached), (rays, warning.is_none()));
+            message = warning.map_or_else(String::new, |warning| warning.message);
             rays
         });
         (result, rounds, message)
@@ -96,13 +115,33 @@ mod tests {
         let refined = |greatest, most| {
             let rays = VolumeEstimate { value: 0.0, error: 0.0 };
             let of_rays = |_: &u32| Volume::estimate(rays, [0.0, greatest], None);
-            let (rays, refinement, warning) = refine(0.01, |_| most, of_rays, Ok).unwrap();
+            let (rays, end) = refine(0.01, |_| most, of_rays, Ok).unwrap();
+            let (refinement, warning) = end.judge(&end.volume);
             (rays, refinement.reached, warning.map(|warning| warning.message))
         };
         assert_eq!(refined(0.0, 1024), (128, true, None));
         let message = "--tolerance 1 %: not reached with 1024 rays along the longest side, which resolve no volume";
         assert_eq!(refined(8.0, 1024), (1024, false, Some(message.to_owned())));
         assert_eq!(refined(8.0, 128).0, 128);
+    }
+
+    #[test]
+    fn a_volume_that_bounds_narrow_is_judged_again() {
+        let judged = |value: f64, error: f64, bounds| {
+            let (_, end) = refine(0.01, |_| COARSEST, |_| volume(value, error), Ok).unwrap();
+            let mut narrowed = end.volume;
+            narrowed.narrow(bounds);
+            let (refinement, warning) = end.judge(&narrowed);
+            assert_eq!(refinement.reached, warning.is_none());
+            (end.judge(&end.volume).0.reached, warning.map(|warning| warning.message))
+        };
+        assert_eq!(judged(8.0, 1.0, [7.99, 8.01]), (false, None));
+        // Bounds beyond the estimate prove its error too small.
+        let message = "--tolerance 1 %: not reached with 128 rays along the longest side, where the estimate is";
+        assert_eq!(judged(8.0, 0.01, [9.0, 10.0]), (true, Some(format!("{message} 11.11111 % of the volume"))));
+        let end = RefinementEnd { tolerance: 0.01, resolution: 128, volume: volume(8.0, 1.0), failure: String::new() };
+        let exact = Volume { method: Method::Exact, error: 0.0, ..end.volume };
+        assert!(!end.judge(&exact).0.reached);
     }
 
     #[test]

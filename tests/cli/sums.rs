@@ -118,8 +118,20 @@ fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
     let empty = ["offset", "plates.stl", "--distance", "-0.6", "--resolution", "32"];
     folder.run(&[&empty[..], &["--bounds"]].concat()).code(0).warns(&["no volume, as bounds of its volume prove"]);
     folder.run(&empty).code(0).warns(&["empty at a pitch", "hardly fits into the solid, if at all", "--resolution"]);
-    let [value, lower, upper, least, most, _] = offset("0.25").map(Option::unwrap);
+    // A volume that is proved to be zero reaches every tolerance.
+    for mode in ["exact", "over"] {
+        let to_a_tolerance =
+            ["offset", "plates.stl", "--distance", "-0.6", "--tolerance", "1%", "--bounds", "--mode", mode];
+        let json = folder.json(&to_a_tolerance);
+        assert_eq!(
+            (&json["tolerance"]["reached"], &json["tolerance"]["came_to"]),
+            (&true.into(), &0.0.into()),
+            "{mode}"
+        );
+    }
+    let [value, lower, upper, least, most, error] = offset("0.25").map(Option::unwrap);
     assert!((lower..=upper).contains(&value) && [least, most] == [lower, upper], "{lower} {value} {upper}");
+    assert!(error <= (1.0 + 1e-9) * (upper - value).max(value - lower), "{value} ± {error} in {lower} to {upper}");
     let json = folder.json(&["minkowski", "a.stl", "b.stl", "--resolution", "32", "--bounds"]);
     assert_eq!(json["volume"]["at_least"], json["volume"]["lower"]);
 }

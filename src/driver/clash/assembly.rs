@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::is_list;
 use crate::driver::job::Input;
 use crate::{Error, input};
 
@@ -50,9 +51,7 @@ pub fn read(path: &Path) -> Result<Vec<Input>, Error> {
         let file = file.display();
         match () {
             _ if given.as_deref() == Some("") => Err(refused(&"the name is empty")),
-            _ if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => {
-                Err(refused(&format_args!("{file}: lists cannot be parts of lists")))
-            }
+            _ if is_list(&path) => Err(refused(&format_args!("{file}: lists cannot be parts of lists"))),
             _ if !path.exists() || path == folder => Err(refused(&format_args!("no file `{file}`"))),
             _ => Ok(Input { name: given, path, placement }),
         }

@@ -12,7 +12,7 @@ mod parts;
 mod plan;
 pub mod rules;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use glam::DVec3;
@@ -213,6 +213,11 @@ pub fn clash_files(job: &ClashJob, start: Instant, progress: &Monitor) -> Result
 }
 
 /// Returns the requirements on the parts of a job.
+/// Returns whether a path is that of a list of parts.
+fn is_list(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
 fn requirements(unit: Option<LengthUnit>, fill: FillRule) -> InputRequirements {
     InputRequirements { unit, openness: Openness::Refused, sides: Sides::NotNeeded, fill, hashes: false }
 }

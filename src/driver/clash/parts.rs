@@ -42,8 +42,7 @@ pub fn read(job: &ClashJob, progress: &Monitor) -> Result<(Vec<Part>, Vec<Warnin
 
 /// Returns the files of a job: the named ones, those of the assembly, and those in named folders by their names.
 fn sources(job: &ClashJob) -> Result<Vec<Input>, Error> {
-    let is_list = |path: &Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    if let Some(list) = job.inputs.iter().find(|input| is_list(&input.path) && input.path.exists()) {
+    if let Some(list) = job.inputs.iter().find(|input| super::is_list(&input.path) && input.path.exists()) {
         let list = list.path.display();
         return Err(Error::input(format!("{list}: is not a mesh file; a list of parts is given by --assembly {list}")));
     }

@@ -108,12 +108,12 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     };
     let held = machine::held_memory();
     let mut round = |spacing| {
-        let raster = Raster { needs_bounds, held, ..Raster::of(job, (operation, spacing), &solids) };
+        let raster = Raster::of(job, (operation, spacing), &solids, held);
         let operated = operate(job, operation, raster, &solids, backend, &mut seconds, progress)?;
-        let rays = estimate(job, (operation, &operated), (&solids, held), backend, &mut seconds, progress)?;
+        let rays = estimate(job, (operation, &operated), &solids, backend, &mut seconds, progress)?;
         Ok((operated, rays))
     };
-    let ((operated, rays), refinement) = match spacing {
+    let ((operated, rays), refined) = match spacing {
         Spacing::Tolerance(tolerance) => {
             let by_rays = |rays| round(Spacing::Resolution(rays));
             let volume = |(_, rays): &(Operated, _)| Volume::estimate(*rays, possible(rays), None);
@@ -123,9 +123,8 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
                 (true, true) => UNMET,
                 (false, _) => FINEST,
             };
-            let (round, found, warning) = refine(tolerance, most, volume, by_rays)?;
-            warnings.extend(warning);
-            (round, Some(found))
+            let (round, end) = refine(tolerance, most, volume, by_rays)?;
+            (round, Some(end))
         }
         spacing => (round(spacing)?, None),
     };
@@ -145,13 +144,13 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     let has_details = operated.report.has_details();
     let proves_empty =
         is_empty && (greatest == 0.0 && !has_details || certified.bounds.is_some_and(|[_, upper]| upper == 0.0));
-    let possible = match certified.bounds {
-        _ if proves_empty => [0.0; 2],
-        // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
-        Some([lower, upper]) if job.mode == Mode::Exact => [lower, upper.min(possible(&rays)[1]).max(lower)],
-        _ => possible(&rays),
-    };
-    let volume = Volume::estimate(rays, possible, None);
+    let mut volume = Volume::estimate(rays, if proves_empty { [0.0; 2] } else { possible(&rays) }, None);
+    // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
+    if let (Mode::Exact, Some(bounds)) = (job.mode, certified.bounds) {
+        volume.narrow(bounds);
+    }
+    let (refinement, not_reached) = refined.map(|end| end.judge(&volume)).unzip();
+    warnings.extend(not_reached.flatten());
     warnings.extend(operated.warnings);
     let found = operated.report.between_rays(operation);
     warnings.extend(found.filter_map(|(found, grown)| found.warning(grown, solids[0].unit)));
@@ -218,7 +217,7 @@ fn can_be_certified(operation: SumOperation) -> Result<(), Error> {
 fn estimate(
     job: &SumJob,
     (operation, operated): (SumOperation, &Operated),
-    (solids, held): (&[Solid], u64),
+    solids: &[Solid],
     backend: &SumBackend,
     seconds: &mut Seconds,
     progress: &Monitor,
@@ -228,9 +227,7 @@ fn estimate(
     let mut coarser = Vec::new();
     for ratio in check_pitches(&job.axes) {
         let pitch = ratio * grid.pitch();
-        let (axes, keep) = (&Axis::ALL, Keep::Sums);
-        let raster = Raster { pitch, axes, mode: Mode::Exact, keep, needs_bounds: false, searches: false, held };
-        let last = operate(job, operation, raster, solids, backend, seconds, progress)?.last;
+        let last = operate(job, operation, Raster::coarser(pitch), solids, backend, seconds, progress)?.last;
         coarser.push(axis_volumes(&last.volume_sums));
     }
     let rays = VolumeEstimate::from_rasters(&axis_volumes(volume_sums), &coarser);
@@ -261,21 +258,33 @@ struct Raster<'j> {
     keep: Keep,
     /// True if certified bounds of the volume are needed.
     needs_bounds: bool,
-    /// True if details between the rays are searched.
-    searches: bool,
-    /// Bytes that the process held before its first raster.
+    /// True for a raster that only checks a finer one.
+    is_coarser: bool,
+    /// Bytes that the process held before its first raster; not needed for one that only checks.
     held: u64,
 }
 
 impl Raster<'_> {
     /// Returns the raster of a job.
-    fn of<'j>(job: &'j SumJob, (operation, spacing): (SumOperation, Spacing), solids: &[Solid]) -> Raster<'j> {
+    fn of<'j>(
+        job: &'j SumJob,
+        (operation, spacing): (SumOperation, Spacing),
+        solids: &[Solid],
+        held: u64,
+    ) -> Raster<'j> {
         let pitch = match spacing {
             Spacing::Resolution(rays) => counted_side(operation, solids) / f64::from(rays),
             Spacing::Pitch(pitch) => pitch,
             Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
         };
-        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds: false, searches: true, held: 0 }
+        let needs_bounds = job.certainty.needs_bounds();
+        Raster { pitch, axes: &job.axes, mode: job.mode, keep: job.keep, needs_bounds, is_coarser: false, held }
+    }
+
+    /// Returns a raster for the error estimate of a finer one.
+    fn coarser(pitch: f64) -> Raster<'static> {
+        let (axes, mode, keep) = (&Axis::ALL, Mode::Exact, Keep::Sums);
+        Raster { pitch, axes, mode, keep, needs_bounds: false, is_coarser: true, held: 0 }
     }
 }
 
@@ -292,7 +301,7 @@ fn operate(
     let limit = Limit::new(job.memory);
     let held_by_rays = || machine::held_memory().saturating_sub(raster.held);
     let longest = counted_side(operation, solids);
-    let Raster { pitch, axes, mode, keep, needs_bounds, searches, .. } = raster;
+    let Raster { pitch, axes, mode, keep, needs_bounds, is_coarser, .. } = raster;
     let names = raster::names(solids);
     let (lod, names) = (job.lod, &names[..]);
     let setting = Setting {
@@ -306,7 +315,7 @@ fn operate(
         mode,
         keep,
         needs_bounds,
-        searches,
+        is_coarser,
         names,
         progress,
     };

@@ -49,6 +49,9 @@ const FEW_TRIANGLES: usize = 1 << 15;
 /// Bytes per gap during gap resolution: its position, and the component of nodes that it belongs to.
 const BYTES_OF_GAP: f64 = 12.0;
 
+/// Bytes of the ends of a ray along z.
+const BYTES_OF_ENDS: f64 = 6.0;
+
 /// Bytes per triangle of the search for the closest triangle.
 const BYTES_OF_CLOSEST: f64 = 150.0;
 
@@ -112,8 +115,9 @@ pub struct Setting<'s> {
     pub keep: Keep,
     /// True if certified bounds of the volume are needed.
     pub needs_bounds: bool,
-    /// True if details between the rays are searched.
-    pub searches: bool,
+    /// True for a raster that only checks a finer one, beside whose images it needs less memory than was forecast for that.
+    /// Details between its rays are not searched.
+    pub is_coarser: bool,
     /// The names of the inputs, for messages.
     pub names: &'s str,
     pub progress: &'s Monitor<'s>,
@@ -222,16 +226,17 @@ impl Setting<'_> {
             primitives.triangles.len()
         ));
 
-        self.progress.stage("forecasting memory")?;
         let membership = SumMembership::new(&a, exterior, &b);
-        let forecast = Forecast::of::<StepError>(
-            &grid,
-            |grid, axis| Ok(primitives.spans(grid, axis, exterior, &sampler)?.0),
-            |grid, spans| Ok(self.resolved_spans(&SumBackend::Cpu, grid, spans, exterior, &membership)?.spans),
-            // In a random order, half of the crossings are ends of possible gaps.
-            (&primitives.positions, &primitives.triangles, 0.5),
-        )?;
-        let memory_estimate = self.admit::<H>(&grid, &forecast, ExtraMemory::default())?;
+        let forecast = || {
+            Forecast::of::<StepError>(
+                &grid,
+                |grid, axis| Ok(primitives.spans(grid, axis, exterior, &sampler)?.0),
+                |grid, spans| Ok(self.resolved_spans(&SumBackend::Cpu, grid, spans, exterior, &membership)?.spans),
+                // In a random order, half of the crossings are ends of possible gaps.
+                (&primitives.positions, &primitives.triangles, 0.5),
+            )
+        };
+        let memory_estimate = self.admit::<H>(&grid, forecast, |_| ExtraMemory::default())?;
         seconds.operate += culled + laps.lap("forecast");
 
         let spans = |axis| self.backend.spans(&primitives, &grid, axis, exterior);
@@ -240,7 +245,7 @@ impl Setting<'_> {
         seconds.operate += laps.lap("normals");
         let sampled = primitives.triangles.len() as u64;
         // Only bounds and the search between the rays need the primitives again.
-        let primitives = if self.needs_bounds || self.searches { primitives } else { Primitives::default() };
+        let primitives = if self.is_coarser { Primitives::default() } else { primitives };
         let ResolvedSpans { spans, counts: resolved } =
             self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
         let tests = Tests::of_sum(&resolved, [&a, &b]);
@@ -305,19 +310,22 @@ impl Setting<'_> {
             "{facets} facets, {tubes} parts of tubes and {caps} of spheres, found in {found:.4} s"
         ));
 
-        self.progress.stage("forecasting memory")?;
-        let forecast = Forecast::of::<StepError>(
-            &grid,
-            |grid, axis| patches.spans(grid, axis, exterior),
-            // Most gaps belong to the result.
-            |_, spans| Ok(spans),
-            (covered.positions(), covered.triangles(), 1.0),
-        )?;
-        let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * forecast.samples } else { 0.0 };
-        // The membership test holds exact images of the solid, which have about as many samples.
-        let solid_images = 4.0 * (memory::rays(&grid) + forecast.samples);
-        let extra = ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: solid_images.max(normals) };
-        let memory_estimate = self.admit::<H>(&grid, &forecast, extra)?;
+        let forecast = || {
+            Forecast::of::<StepError>(
+                &grid,
+                |grid, axis| patches.spans(grid, axis, exterior),
+                // Most gaps belong to the result.
+                |_, spans| Ok(spans),
+                (covered.positions(), covered.triangles(), 1.0),
+            )
+        };
+        let extra = |samples: f64| {
+            let normals = if self.keep.has_triangles() { BYTES_OF_NORMAL * samples } else { 0.0 };
+            // The membership test holds exact images of the solid, which have about as many samples.
+            let solid_images = 4.0 * (memory::rays(&grid) + samples);
+            ExtraMemory { fixed: BYTES_OF_CLOSEST * facets as f64, of_rays: solid_images.max(normals) }
+        };
+        let memory_estimate = self.admit::<H>(&grid, forecast, extra)?;
         let membership = BallMembership::new(&grid, &solid, radius, exterior).map_err(Error::from)?;
         seconds.operate += found + laps.lap("forecast");
 
@@ -463,7 +471,7 @@ impl Setting<'_> {
         laps: &mut Laps,
         search: impl FnOnce() -> BetweenRays,
     ) -> Result<Option<BetweenRays>, Error> {
-        if !self.searches {
+        if self.is_coarser {
             return Ok(None);
         }
         self.progress.stage("searching between the rays")?;
@@ -520,14 +528,26 @@ impl Setting<'_> {
         Ok(step)
     }
 
-    /// Refuses a step that would not fit into memory; returns its expected peak, in bytes. `extra` is memory in addition to spans
-    /// and images.
-    fn admit<H>(&self, grid: &Grid, forecast: &Forecast, extra: ExtraMemory) -> Result<u64, Error> {
-        let Forecast { kept, samples } = *forecast;
+    /// Refuses a step that would not fit into memory; returns its expected peak, in bytes, and zero for a raster that only checks
+    /// a finer one. `extra` returns the memory in addition to spans and images, from the number of samples.
+    fn admit<H>(
+        &self,
+        grid: &Grid,
+        forecast: impl FnOnce() -> Result<Forecast, StepError>,
+        extra: impl FnOnce(f64) -> ExtraMemory,
+    ) -> Result<u64, StepError> {
+        if self.is_coarser {
+            return Ok(0);
+        }
+        self.progress.stage("forecasting memory")?;
+        let Forecast { kept, samples } = forecast()?;
+        let extra = extra(samples);
         let rays = memory::rays(grid);
         // The spans of one axis are joined from bands, which are in memory at the same time.
         let spans = 4.0 * rays + size_of::<H>() as f64 * kept;
-        let resolving = spans + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
+        let resolving = spans
+            + BYTES_OF_ENDS * memory::rays_along(grid, Axis::Z) as f64
+            + (spans / 3.0).max(BYTES_OF_GAP * 0.5 * kept);
         let of_sample = if self.keep.has_triangles() { 8.0 } else { 4.0 };
         let image = (4.0 * rays + of_sample * samples) / 3.0;
         let images = if self.keep == Keep::Sums { 0.0 } else { image * self.axes.len() as f64 };

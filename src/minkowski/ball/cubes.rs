@@ -17,6 +17,14 @@ const MARGIN: f64 = 3.0;
 /// Patches in one task.
 const CHUNK: usize = 1 << 10;
 
+/// The cubes of a grid that tubes and caps may meet.
+pub struct RoundCubes<'p> {
+    patches: &'p BallPatches<'p>,
+    grid: &'p Grid,
+    /// The first plane of cubes that each patch may meet, and that behind the last.
+    planes: Vec<[u32; 2]>,
+}
+
 /// A round patch: points at a distance from a segment, in a box, and in some half-spaces.
 struct Round<'p> {
     start: DVec3,
@@ -50,18 +58,23 @@ impl BallPatches<'_> {
         shifted
     }
 
-    /// Adds the cubes of some planes that tubes and caps may meet, a bit each, in words and rows as node sets have them.
-    pub fn add_round_cubes(&self, grid: &Grid, planes: Range<usize>, bits: &mut [u64]) {
-        let found: Vec<AtomicU64> = bits.iter().map(|_| AtomicU64::new(0)).collect();
-        let (tubes, count) = (self.tubes.len(), self.tubes.len() + self.caps.len());
-        (0..count.div_ceil(CHUNK)).into_par_iter().for_each(|chunk| {
-            checkpoint();
-            for at in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
-                let round = if at < tubes { self.round_tube(at) } else { self.round_cap(at - tubes) };
-                self.add_cubes(&round, grid, planes.clone(), &found);
-            }
-        });
-        bits.iter_mut().zip(found).for_each(|(bits, found)| *bits |= found.into_inner());
+    /// Returns the cubes of a grid that tubes and caps may meet.
+    pub fn round_cubes<'p>(&'p self, grid: &'p Grid) -> RoundCubes<'p> {
+        let count = self.tubes.len() + self.caps.len();
+        let of_patch = |at| {
+            let planes = self.round(at).cubes(grid, 2);
+            [planes.start as u32, planes.end as u32]
+        };
+        let planes = (0..count).into_par_iter().with_min_len(CHUNK).map(of_patch).collect();
+        RoundCubes { patches: self, grid, planes }
+    }
+
+    /// Returns a tube, or after all tubes a cap.
+    fn round(&self, at: usize) -> Round<'_> {
+        match at.checked_sub(self.tubes.len()) {
+            None => self.round_tube(at),
+            Some(cap) => self.round_cap(cap),
+        }
     }
 
     fn round_tube(&self, at: usize) -> Round<'_> {
@@ -92,20 +105,43 @@ impl BallPatches<'_> {
         let away = &self.spokes[first..first + count];
         Round { start, along: DVec3::ZERO, min, max, towards: (DVec3::ZERO, 0.0), away }
     }
+}
 
-    fn add_cubes(&self, round: &Round, grid: &Grid, planes: Range<usize>, found: &[AtomicU64]) {
-        let size = grid.rays().map(|n| n as usize);
-        let (words, side) = (size[0].div_ceil(64), f64::from(1u32 << grid.shift()));
-        let range = |i: usize| {
-            let low = ((round.min[i] - MARGIN) / side).floor().max(0.0) as usize;
-            let end = ((round.max[i] + MARGIN) / side).floor() + 1.0;
-            low..(end.max(0.0) as usize).min(size[i])
-        };
-        let (xs, ys, zs) = (range(0), range(1), range(2));
+impl Round<'_> {
+    /// Returns the cubes along an axis that may meet the patch.
+    fn cubes(&self, grid: &Grid, axis: usize) -> Range<usize> {
+        let side = f64::from(1u32 << grid.shift());
+        let cubes = f64::from(grid.rays()[axis]);
+        let low = ((self.min[axis] - MARGIN) / side).floor();
+        let end = ((self.max[axis] + MARGIN) / side).floor() + 1.0;
+        low.clamp(0.0, cubes) as usize..end.clamp(0.0, cubes) as usize
+    }
+}
+
+impl RoundCubes<'_> {
+    /// Adds the cubes of some planes, a bit each, in words and rows as node sets have them.
+    pub fn add_to(&self, bits: &mut [u64], planes: Range<usize>) {
+        let found: Vec<AtomicU64> = bits.iter().map(|_| AtomicU64::new(0)).collect();
+        self.planes.par_iter().enumerate().with_min_len(CHUNK).for_each(|(at, &[start, end])| {
+            let of_patch = planes.start.max(start as usize)..planes.end.min(end as usize);
+            if !of_patch.is_empty() {
+                checkpoint();
+                self.add(&self.patches.round(at), of_patch, planes.start, &found);
+            }
+        });
+        bits.iter_mut().zip(found).for_each(|(bits, found)| *bits |= found.into_inner());
+    }
+
+    /// Adds the cubes of a patch in some planes, where `found` begins with the plane `first`.
+    fn add(&self, round: &Round, planes: Range<usize>, first: usize, found: &[AtomicU64]) {
+        let size = self.grid.rays().map(|n| n as usize);
+        let (words, side) = (size[0].div_ceil(64), f64::from(1u32 << self.grid.shift()));
+        let [xs, ys] = [0, 1].map(|axis| round.cubes(self.grid, axis));
         let reach = 0.5 * 3f64.sqrt() * side + MARGIN;
-        let (least, most) = ((self.radius - reach).max(0.0).powi(2), (self.radius + reach).powi(2));
+        let radius = self.patches.radius;
+        let (least, most) = ((radius - reach).max(0.0).powi(2), (radius + reach).powi(2));
         let per_length = 1.0 / round.along.length_squared().max(f64::MIN_POSITIVE);
-        for z in zs.start.max(planes.start)..zs.end.min(planes.end) {
+        for z in planes {
             for y in ys.clone() {
                 for x in xs.clone() {
                     let from = side * (DVec3::new(x as f64, y as f64, z as f64) + 0.5) - round.start;
@@ -116,7 +152,7 @@ impl BallPatches<'_> {
                         && across.dot(towards) >= least_towards - reach
                         && round.away.iter().all(|direction| across.dot(*direction) <= reach)
                     {
-                        let word = &found[((z - planes.start) * size[1] + y) * words + x / 64];
+                        let word = &found[((z - first) * size[1] + y) * words + x / 64];
                         if word.load(Ordering::Relaxed) >> (x % 64) & 1 == 0 {
                             word.fetch_or(1 << (x % 64), Ordering::Relaxed);
                         }

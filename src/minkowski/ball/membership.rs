@@ -51,8 +51,8 @@ impl BallMembership {
         Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }
 
-    /// Returns whether a point on a ray is in the polyhedron, without its outer side.
-    fn is_inside(&self, point: [i32; 3]) -> bool {
+    /// Returns whether a point is in the polyhedron, without its outer side; `None` for one that lies on no ray.
+    pub(super) fn inside_by_rays(&self, point: [i32; 3]) -> Option<bool> {
         let ray_of = |coordinate: usize| {
             let index = self.pixels.index_from(point[coordinate]);
             (self.pixels.ray(index) == point[coordinate]).then_some(index as u32)
@@ -62,10 +62,10 @@ impl BallMembership {
             let (columns, _) = image.size();
             Some((ray_of(axis.row())? * columns + ray_of(axis.column())?, point[axis.depth()]))
         };
-        let found = self.images.iter().find_map(|image| ray_in(image).map(|(ray, depth)| (image, ray, depth)));
-        let (image, ray, depth) = found.expect("the point is on a ray");
+        let (image, ray, depth) =
+            self.images.iter().find_map(|image| ray_in(image).map(|(ray, depth)| (image, ray, depth)))?;
         let is_within = image.samples(ray).partition_point(|&sample| sample < depth) % 2 == 1;
-        is_within != (self.exterior == Exterior::In)
+        Some(is_within != (self.exterior == Exterior::In))
     }
 }
 
@@ -74,6 +74,7 @@ impl Membership for BallMembership {
 
     fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
         let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius);
-        self.surface.as_ref().is_some_and(is_near) || self.is_inside(point)
+        let is_inside = || self.inside_by_rays(point).expect("the point is on a ray");
+        self.surface.as_ref().is_some_and(is_near) || is_inside()
     }
 }

@@ -411,3 +411,49 @@ proptest! {
         Offset::new(mesh, distance, longest / 17.3).agrees_with_all_triangles();
     }
 }
+
+#[test]
+fn round_cubes_are_the_same_in_slabs_of_any_height() {
+    let ell = solids::ell(DVec3::splat(1.0), [0.4, 0.3]).unwrap();
+    let torus = solids::torus(1.0, 0.35, 24, 12).unwrap();
+    for (mesh, distance, pitch) in [(ell, 0.2, 0.05), (torus, -0.1, 0.05), (cube(DVec3::ZERO, 1.0), 5.0, 0.3)] {
+        let Offset { grid, solid, radius, .. } = Offset::new(mesh, distance, pitch);
+        let patches = BallPatches::new(&solid, radius);
+        let round = patches.round_cubes(&grid);
+        let [columns, rows, planes] = grid.rays().map(|n| n as usize);
+        let plane = rows * columns.div_ceil(64);
+        // Some cubes are there already, and stay.
+        let begun: Vec<u64> = (0..planes * plane).map(|at| (at % 5 == 0).into()).collect();
+        let mut all = begun.clone();
+        round.add_to(&mut all, 0..planes);
+        let count: u32 = all.iter().map(|bits| bits.count_ones()).sum();
+        assert!(count > 500 && all.iter().zip(&begun).all(|(all, begun)| all & begun == *begun), "{count} cubes");
+        for height in [1, 5, 32] {
+            let mut slabs = begun.clone();
+            for (slab, bits) in slabs.chunks_mut(height * plane).enumerate() {
+                round.add_to(bits, slab * height..slab * height + bits.len() / plane);
+            }
+            assert!(slabs == all, "{distance}: slabs of {height} planes");
+        }
+    }
+}
+
+#[test]
+fn rays_and_winding_numbers_agree_about_nodes() {
+    let hollow = together(&[cube(DVec3::ZERO, 1.0), reversed(&cube(DVec3::splat(0.3), 0.4))]);
+    let torus = solids::torus(1.0, 0.35, 24, 12).unwrap();
+    for (mesh, distance) in [(hollow.clone(), 0.1), (hollow, -0.1), (torus.clone(), 0.1), (torus, -0.1)] {
+        let Offset { grid, solid, membership, exterior, .. } = Offset::new(mesh, distance, 0.07);
+        let shell = crate::minkowski::membership::Shell::new(&solid);
+        let [columns, rows, planes] = grid.rays();
+        let mut counts = [0; 2];
+        for at in 0..columns * rows * planes {
+            let node = [at % columns, at / columns % rows, at / columns / rows].map(|index| grid.node(index));
+            let is_inside = shell.winds_around(node) != (exterior == Exterior::In);
+            assert_eq!(membership.inside_by_rays(node), Some(is_inside), "{distance}: {node:?}");
+            counts[usize::from(is_inside)] += 1;
+            assert_eq!(membership.inside_by_rays(node.map(|at| at + (1 << (grid.shift() - 2)))), None);
+        }
+        assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
+    }
+}

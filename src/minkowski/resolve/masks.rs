@@ -6,6 +6,7 @@ use super::layer::Raster;
 use crate::bits::{accumulate, accumulate_rows, flip};
 use crate::fixed::{Hit, Pixels};
 use crate::grid::Axis;
+use crate::minkowski::spans::{RangeOnRay, RayEnds};
 use crate::minkowski::{Exterior, RaySpans};
 
 /// The state of nodes by the rays along one axis.
@@ -32,6 +33,7 @@ pub struct RayGap {
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a, H> {
     spans: &'a RaySpans<H>,
+    ends: Option<&'a RayEnds>,
     exterior: Exterior,
     pixels: Pixels,
     nodes: usize,
@@ -43,7 +45,13 @@ impl<'a, H: Hit> Rays<'a, H> {
     /// Prepares the rays of some spans.
     pub fn new(raster: &Raster, spans: &'a RaySpans<H>, exterior: Exterior) -> Rays<'a, H> {
         let Raster { nodes, words, pixels } = *raster;
-        Rays { spans, exterior, pixels, nodes: nodes[spans.axis.depth()], columns: nodes[spans.axis.column()], words }
+        let [nodes, columns] = [spans.axis.depth(), spans.axis.column()].map(|axis| nodes[axis]);
+        Rays { spans, ends: None, exterior, pixels, nodes, columns, words }
+    }
+
+    /// Adds the ends of the rays, for walks in short ranges.
+    pub fn with_ends(self, ends: &'a RayEnds) -> Rays<'a, H> {
+        Rays { ends: Some(ends), ..self }
     }
 
     fn node_behind(&self, hit: H) -> usize {
@@ -51,8 +59,8 @@ impl<'a, H: Hit> Rays<'a, H> {
     }
 
     /// Calls `wall` for each crossing with the node behind it, if that is in a range, and `gap` for each gap that begins with
-    /// such a crossing. The last range includes crossings behind the last node. If there are crossings, returns the number of
-    /// those before the range, and the nodes behind the first and last of all.
+    /// such a crossing. The last range includes crossings behind the last node. Returns the number of crossings before the range,
+    /// and the nodes behind the first and last of all; or nothing, if there are none, or all are known to lie on one side of it.
     #[inline]
     pub fn walk(
         &self,
@@ -61,13 +69,18 @@ impl<'a, H: Hit> Rays<'a, H> {
         mut wall: impl FnMut(usize),
         mut gap: impl FnMut(RayGap),
     ) -> Option<(usize, [usize; 2])> {
+        let end = if range.end == self.nodes { usize::MAX } else { range.end };
+        match self.ends.map(|ends| ends.place(ray, range.start, end - 1)) {
+            Some(RangeOnRay::Beyond) => return None,
+            Some(RangeOnRay::Between(ends)) => return Some((1, ends)),
+            Some(RangeOnRay::Among) | None => {}
+        }
         let hits = self.spans.of_ray(ray);
         let ends = [self.node_behind(*hits.first()?), self.node_behind(*hits.last()?)];
         let passed = match ends[0] < range.start {
             true => hits.partition_point(|&hit| self.node_behind(hit) < range.start),
             false => 0,
         };
-        let end = if range.end == self.nodes { usize::MAX } else { range.end };
         let (first_gap, first_hit) = (self.exterior.first_gap(), self.spans.offsets[ray as usize]);
         let mut begin = None;
         for (index, &hit) in hits.iter().enumerate().skip(passed) {

@@ -97,8 +97,8 @@ const BATCH: usize = 256;
 /// Decides every gap of the spans along x, y and z, and removes those that are in.
 ///
 /// `progress` is called with the number of completed point tests and their total, at the beginning and after every few of them.
-/// The result does not depend on the order of threads. Besides the spans this takes, for each thread, about five bits for each
-/// node of 32 planes.
+/// The result does not depend on the order of threads. Besides the spans this takes six bytes for each ray along z and, for
+/// each thread, about five bits for each node of 32 planes.
 pub fn resolve<H: Hit + Sync>(
     grid: &Grid,
     mut spans: [RaySpans<H>; 3],
@@ -108,12 +108,14 @@ pub fn resolve<H: Hit + Sync>(
 ) -> Result<ResolvedSpans<H>, ResolveError> {
     compare(grid, &spans)?;
     let raster = Raster::new(grid);
+    let ends_along_z = spans[2].ends(raster.pixels);
     let slabs: Vec<Result<SlabSets, ResolveError>> = raster
         .slabs()
         .into_par_iter()
         .with_max_len(1)
-        .map(|planes| slab::resolve(&raster, planes, &spans, exterior))
+        .map(|planes| slab::resolve(&raster, planes, (&spans, &ends_along_z), exterior))
         .collect();
+    drop(ends_along_z);
     // The first contradiction in order, whichever was found first.
     let slabs = slabs.into_iter().collect::<Result<Vec<SlabSets>, ResolveError>>()?;
     let (mut sets, first_sets) = unite_slabs(&raster, &slabs)?;

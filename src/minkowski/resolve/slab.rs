@@ -8,6 +8,7 @@ use super::masks::{Masks, RayGap, Rays};
 use super::sets::{IN, OUT, Sets};
 use crate::cancel::checkpoint;
 use crate::fixed::Hit;
+use crate::minkowski::spans::RayEnds;
 use crate::minkowski::{Exterior, RaySpans};
 
 /// The data kept of a slab.
@@ -106,7 +107,7 @@ pub fn point_between<H: Hit>(raster: &Raster, spans: &RaySpans<H>, node: [usize;
 pub fn resolve<H: Hit>(
     raster: &Raster,
     planes: Range<usize>,
-    spans: &[RaySpans<H>; 3],
+    (spans, ends_along_z): (&[RaySpans<H>; 3], &RayEnds),
     exterior: Exterior,
 ) -> Result<SlabSets, ResolveError> {
     let length = planes.len() * raster.plane();
@@ -125,7 +126,7 @@ pub fn resolve<H: Hit>(
         node_gaps: Vec::new(),
         gaps: Default::default(),
     };
-    slab.cast_along_z();
+    slab.cast_along_z(ends_along_z);
     let mut masks = Masks::default();
     let mut walls_x = vec![0; raster.plane()];
     for z in slab.planes.clone() {
@@ -170,10 +171,11 @@ impl<H: Hit> Slab<'_, H> {
     }
 
     /// Applies the rays along z to all planes: their hull is kept in `open` until the other rays are applied.
-    fn cast_along_z(&mut self) {
+    fn cast_along_z(&mut self, ends: &RayEnds) {
         let [columns, rows, _] = self.raster.nodes;
         let (words, plane) = (self.raster.words, self.raster.plane());
-        let (rays, planes) = (Rays::new(self.raster, &self.spans[2], self.exterior), self.planes.clone());
+        let rays = Rays::new(self.raster, &self.spans[2], self.exterior).with_ends(ends);
+        let planes = self.planes.clone();
         let mut masks = Masks::default();
         for y in 0..rows {
             masks.cast(&rays, (y * columns) as u32, planes.clone(), |x, gap| self.add_gap(2, [x, y, 0], gap));

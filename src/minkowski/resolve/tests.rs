@@ -281,7 +281,8 @@ fn unions_of_shapes_are_resolved_gap_by_gap() {
     let mut random = Random::new(1);
     let mut sums = ResolveCounts::default();
     for case in 0..120 {
-        let rays = [3..70, 3..20, 3..70].map(|range| random.within(range) as u32);
+        // Up to five slabs.
+        let rays = [3..70, 3..20, 3..140].map(|range| random.within(range) as u32);
         let shift = random.within(2..9) as u32;
         let lengths = rays.map(|n| (n << shift) as i32 - 2);
         let mut shapes: Vec<Shape> = (0..random.within(1..12)).map(|_| random_shape(&mut random, lengths)).collect();

@@ -20,9 +20,12 @@ mod refine;
 mod tests;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
 
 use crate::bits::Ones;
-use crate::fixed::Hit;
+use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::metrics::bounds::SurfaceCubes;
 use crate::minkowski::ball::BallPatches;
@@ -32,8 +35,8 @@ pub use self::found::{BetweenRays, Detail};
 use self::quiet::near_crossings;
 use super::spot_check::is_in_spans;
 
-/// Planes that are processed together, which bounds the memory.
-const SLAB: usize = 64;
+/// Planes of a slab. The memory is bounded by as many slabs as there are threads: about three bits for each node of them.
+const SLAB: usize = 32;
 
 /// Number of halvings of a cube, at most.
 const HALVINGS: u32 = 4;
@@ -106,6 +109,18 @@ struct Candidates {
     is_cut: bool,
 }
 
+impl Candidates {
+    /// Appends those of the next planes.
+    fn joined(mut self, next: Candidates) -> Candidates {
+        self.inside.extend(next.inside);
+        self.outside.extend(next.outside);
+        self.count += next.count;
+        self.is_cut |= next.is_cut || self.outside.len() > MOST_PIECES;
+        self.outside.truncate(MOST_PIECES);
+        self
+    }
+}
+
 impl<H: Hit + Sync, P: Probe> Searched<'_, H, P> {
     /// Searches for details that triangles bound.
     pub fn bounded_by(&self, primitives: &Primitives) -> BetweenRays {
@@ -118,16 +133,16 @@ impl<H: Hit + Sync, P: Probe> Searched<'_, H, P> {
     pub fn bounded_by_patches(&self, patches: &BallPatches) -> BetweenRays {
         let facets = patches.shifted_facets(self.grid);
         let surface = LatticeSolid::of_primitives(self.grid, &facets.positions, &facets.triangles);
-        let cubes = SurfaceCubes::of(&surface, None);
+        let (cubes, round) = (SurfaceCubes::of(&surface, None), patches.round_cubes(self.grid));
         self.details(|planes| {
             let mut bits = cubes.slab(planes.clone());
-            patches.add_round_cubes(self.grid, planes, &mut bits);
+            round.add_to(&mut bits, planes);
             bits
         })
     }
 
     /// Searches for details, where `met` returns the cubes of some planes that primitives meet, as words of bits.
-    fn details(&self, met: impl Fn(Range<usize>) -> Vec<u64>) -> BetweenRays {
+    fn details(&self, met: impl Fn(Range<usize>) -> Vec<u64> + Sync) -> BetweenRays {
         let candidates = self.candidates(met);
         let halvings = self.grid.shift().saturating_sub(2).min(HALVINGS);
         let (cavities, reached) = refine::cubes_with_cavities(self, &candidates.inside, halvings);
@@ -150,32 +165,38 @@ impl<H: Hit + Sync, P: Probe> Searched<'_, H, P> {
         found
     }
 
-    fn candidates(&self, met: impl Fn(Range<usize>) -> Vec<u64>) -> Candidates {
+    fn candidates(&self, met: impl Fn(Range<usize>) -> Vec<u64> + Sync) -> Candidates {
         let [columns, rows, planes] = self.grid.rays().map(|n| n as usize);
         let words = columns.div_ceil(64);
-        let mut found = Candidates::default();
-        for first in (0..planes).step_by(SLAB) {
+        let along_z = &self.spans[Axis::Z.depth()];
+        let ends_along_z = along_z.ends(Pixels::new(self.grid.shift()));
+        let inside = AtomicUsize::new(0);
+        let of_slab = |first: usize| {
             let slab = first..planes.min(first + SLAB);
-            let near = near_crossings(self.grid, self.spans, slab.clone());
+            let near = near_crossings(self.grid, (self.spans, &ends_along_z), slab.clone());
+            let mut found = Candidates::default();
             for (at, (met, near)) in met(slab).into_iter().zip(near).enumerate() {
                 for bit in Ones(met & !near) {
                     let row = at / words;
                     let cube = [(at % words) as u32 * 64 + bit, (row % rows) as u32, (first + row / rows) as u32];
-                    let along_z = &self.spans[Axis::Z.depth()];
-                    let (cubes, most) = match is_in_spans(self.grid, along_z, self.exterior, cube) {
-                        true => (&mut found.inside, self.tests.0),
-                        false => (&mut found.outside, MOST_PIECES),
-                    };
                     found.count += 1;
-                    match cubes.len() < most {
-                        true => cubes.push(cube),
-                        false => found.is_cut = true,
+                    match is_in_spans(self.grid, along_z, self.exterior, cube) {
+                        true if inside.fetch_add(1, Ordering::Relaxed) < self.tests.0 => found.inside.push(cube),
+                        false if found.outside.len() < MOST_PIECES => found.outside.push(cube),
+                        _ => found.is_cut = true,
                     }
                 }
             }
+            found
+        };
+        let slabs: Vec<usize> = (0..planes).step_by(SLAB).collect();
+        let mut found = Candidates::default();
+        for slabs in slabs.chunks(rayon::current_num_threads()) {
+            let slabs: Vec<Candidates> = slabs.par_iter().with_max_len(1).map(|&first| of_slab(first)).collect();
+            found = slabs.into_iter().fold(found, Candidates::joined);
         }
         if found.is_cut {
-            found.inside.clear();
+            found.inside = Vec::new();
         }
         found
     }

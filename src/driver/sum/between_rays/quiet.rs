@@ -7,12 +7,13 @@ use crate::cancel::checkpoint;
 use crate::fixed::{Hit, Pixels};
 use crate::grid::Grid;
 use crate::minkowski::RaySpans;
+use crate::minkowski::spans::{RangeOnRay, RayEnds};
 
 /// Returns the nodes of some planes that have a crossing on a ray between two of the 27 nodes about them, a bit each, in words
 /// and rows as [`NodeSet`](crate::metrics::NodeSet) has them. A ray that crosses before its first node counts for that node.
 pub fn near_crossings<H: Hit + Sync>(
     grid: &Grid,
-    spans: &[RaySpans<H>; 3],
+    (spans, ends_along_z): (&[RaySpans<H>; 3], &RayEnds),
     planes: std::ops::Range<usize>,
 ) -> Vec<u64> {
     let [columns, rows, count] = grid.rays().map(|n| n as usize);
@@ -33,11 +34,9 @@ pub fn near_crossings<H: Hit + Sync>(
             let hits = spans[1].of_ray((z * columns + x) as u32);
             for_each_end(hits, pixels, 0..rows, |y| set(&mut along_y[y * words..], x));
         }
-        for y in 0..rows {
-            for word in 0..words {
-                let beside = near(y, rows).fold(0, |bits, y| bits | along_x[y * words + word]);
-                bits[y * words + word] = beside | spread(&along_y[y * words..][..words], word);
-            }
+        for (y, bits) in bits.chunks_mut(words).enumerate() {
+            near(y, rows).for_each(|y| unite(bits, &along_x[y * words..]));
+            add_spread(bits, &along_y[y * words..][..words]);
         }
     });
     // Rays along z, row by row, spread along x.
@@ -45,21 +44,25 @@ pub fn near_crossings<H: Hit + Sync>(
     let mut upright = vec![0u64; rows * depth * words];
     upright.par_chunks_mut(depth * words).enumerate().for_each(|(y, bits)| {
         for x in 0..columns {
-            let hits = spans[2].of_ray((y * columns + x) as u32);
-            for_each_end(hits, pixels, planes.clone(), |z| set(&mut bits[(z - planes.start) * words..], x));
+            let ray = (y * columns + x) as u32;
+            if ends_along_z.place(ray, planes.start, planes.end) != RangeOnRay::Among {
+                continue;
+            }
+            for_each_end(spans[2].of_ray(ray), pixels, planes.clone(), |z| {
+                set(&mut bits[(z - planes.start) * words..], x)
+            });
         }
+        let mut narrow = vec![0; words];
         for row in bits.chunks_mut(words) {
-            let narrow = row.to_vec();
-            row.iter_mut().enumerate().for_each(|(word, bits)| *bits = spread(&narrow, word));
+            narrow.copy_from_slice(row);
+            add_spread(row, &narrow);
         }
     });
     let mut found = vec![0u64; depth * plane];
     found.par_chunks_mut(plane).enumerate().for_each(|(at, bits)| {
-        for (place, bits) in bits.iter_mut().enumerate() {
-            let (y, word) = (place / words, place % words);
-            let beside = near(planes.start + at, count).fold(0, |bits, z| bits | level[(z - first) * plane + place]);
-            let of_upright = |bits, y| bits | upright[(y * depth + at) * words + word];
-            *bits = near(y, rows).fold(beside, of_upright);
+        near(planes.start + at, count).for_each(|z| unite(bits, &level[(z - first) * plane..]));
+        for (y, bits) in bits.chunks_mut(words).enumerate() {
+            near(y, rows).for_each(|y| unite(bits, &upright[(y * depth + at) * words..]));
         }
     });
     found
@@ -84,9 +87,14 @@ fn near(index: usize, count: usize) -> std::ops::Range<usize> {
     index.saturating_sub(1)..(index + 2).min(count)
 }
 
-/// Returns a word of a row with the bits next to those that are set.
-fn spread(row: &[u64], word: usize) -> u64 {
-    row[word] | before(row, word) | after(row, word)
+/// Adds the bits of the words that `others` begins with.
+fn unite(bits: &mut [u64], others: &[u64]) {
+    bits.iter_mut().zip(others).for_each(|(bits, others)| *bits |= others);
+}
+
+/// Adds the bits of a row and those next to them.
+fn add_spread(bits: &mut [u64], row: &[u64]) {
+    bits.iter_mut().enumerate().for_each(|(word, bits)| *bits |= row[word] | before(row, word) | after(row, word));
 }
 
 fn set(row: &mut [u64], bit: usize) {

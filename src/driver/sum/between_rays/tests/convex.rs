@@ -69,25 +69,64 @@ impl Probe for Unprovable {
     }
 }
 
+/// Calls `search` with a grid of 64 × 64 × 80 nodes, of three slabs, whose rays cross nothing.
+fn without_crossings<R>(
+    exterior: Exterior,
+    tests: usize,
+    search: impl FnOnce(&Searched<Crossing, Unprovable>) -> R,
+) -> R {
+    let grid = Grid::from_parts(DVec3::ZERO, 1.0, [64, 64, 80], 12, 1024).unwrap();
+    let spans = Axis::ALL.map(|axis| {
+        let (columns, rows) = grid.image_size(axis);
+        RaySpans { axis, offsets: vec![0; (columns * rows) as usize + 1], hits: Vec::new() }
+    });
+    search(&Searched { grid: &grid, spans: &spans, exterior, probe: &Unprovable, tests: Tests(tests) })
+}
+
 #[test]
 fn a_search_that_runs_out_of_tests_says_so() {
-    let grid = Grid::from_parts(DVec3::ZERO, 1.0, [64; 3], 12, 1024).unwrap();
-    let spans = Axis::ALL.map(|axis| RaySpans::<Crossing> { axis, offsets: vec![0; 64 * 64 + 1], hits: Vec::new() });
-    let searched =
-        Searched { grid: &grid, spans: &spans, exterior: Exterior::In, probe: &Unprovable, tests: Tests(20_000) };
-    let cubes = |count: u64| {
-        move |planes: std::ops::Range<usize>| {
+    let found = |count: u64| {
+        let cubes = |planes: std::ops::Range<usize>| {
             let mut bits = vec![0; planes.len() * 64];
-            bits[0] = (1 << count) - 1;
+            bits[0] = if planes.start == 0 { (1 << count) - 1 } else { 0 };
             bits
-        }
+        };
+        without_crossings(Exterior::In, 20_000, |searched| searched.details(cubes))
     };
     // 4681 boxes for each cube, to the last halving.
-    let few = searched.details(cubes(2));
+    let few = found(2);
     assert!(few.is_complete && few.searched_to == 1.0 / 16.0 && few.warning(0.0, None).is_none(), "{few:?}");
-    let mut many = searched.details(cubes(60));
+    let mut many = found(60);
     assert!(!many.is_complete && many.searched_to == 0.25, "{many:?}");
     many.details.push(Detail { is_solid: false, place: DVec3::ONE, size: DVec3::splat(0.5), volume: 0.125 });
     let warning = many.warning(0.0, None).unwrap();
     assert!(warning.message.contains("ended at its limit, and more details narrower than 0.25 may"), "{warning}");
+}
+
+#[test]
+fn candidates_of_all_slabs_count_towards_one_limit() {
+    // The first cube of each plane.
+    let one_a_plane = |planes: std::ops::Range<usize>| {
+        let mut bits = vec![0; planes.len() * 64];
+        bits.iter_mut().step_by(64).for_each(|bits| *bits = 1);
+        bits
+    };
+    let of_planes: Vec<[u32; 3]> = (0..80).map(|z| [0, 0, z]).collect();
+    for (tests, inside, is_cut) in [(80, &of_planes[..], false), (79, &[], true)] {
+        let found = without_crossings(Exterior::In, tests, |searched| searched.candidates(one_a_plane));
+        assert_eq!((found.count, &found.inside[..], found.is_cut), (80, inside, is_cut), "{tests} tests");
+        let found = without_crossings(Exterior::Out, tests, |searched| searched.candidates(one_a_plane));
+        assert_eq!((&found.outside[..], found.is_cut), (&of_planes[..], false));
+    }
+    // The first pieces are kept, in order, where one slab or all together have too many.
+    for (rows, is_cut) in [(64, true), (16, true), (12, false)] {
+        let cubes = |planes: std::ops::Range<usize>| {
+            planes.flat_map(|_| (0..64).map(|row| if row < rows { u64::MAX } else { 0 })).collect::<Vec<u64>>()
+        };
+        let found = without_crossings(Exterior::Out, 80, |searched| searched.candidates(cubes));
+        assert_eq!((found.count, found.is_cut), (64 * rows * 80, is_cut));
+        let kept = MOST_PIECES.min(found.count as usize) as u32;
+        let numbers = found.outside.iter().map(|&[x, y, z]| (z * rows as u32 + y) * 64 + x);
+        assert!(numbers.eq(0..kept), "{rows} rows");
+    }
 }

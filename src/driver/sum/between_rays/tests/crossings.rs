@@ -44,7 +44,7 @@ fn nodes_near_crossings_are_those_with_one_among_the_27_nodes_about_them() {
         };
         let mut seen = [0; 2];
         for planes in [0..7, 0..3, 3..5, 5..7] {
-            let bits = near_crossings(&grid, &spans, planes.clone());
+            let bits = near_crossings(&grid, (&spans, &spans[2].ends(Pixels::new(grid.shift()))), planes.clone());
             for z in planes.clone() {
                 for y in 0..rays[1] {
                     for x in 0..rays[0] {
