@@ -17,7 +17,7 @@ use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{
     Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, MeshMethod, MeshRequest, Spacing, VolumeMethod,
 };
-use super::measured::{Measured, Method, Seconds, SolidMeasures, Volume};
+use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
 use super::memory::Limit;
 use super::refine::{COARSEST, FINEST, RefinementEnd, UNMET, refine};
 use super::work::work;
@@ -85,7 +85,7 @@ pub fn measure(
     if let (Keep::Mesh(_), true) = (job.keep, job.axes.len() < 3 && !has_all_kept) {
         return Err(Error::input("a mesh that is not exact needs the images along all axes; remove --axis"));
     }
-    let mut refined = None;
+    let (mut refined, mut refinement) = (None, None);
     let mut round = None;
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
@@ -117,8 +117,8 @@ pub fn measure(
         (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
             let properties = &exact.properties;
             let (volume, measures) = exactly(&properties.mass, round.as_ref().map(|round| round.volume));
-            if let (Spacing::Tolerance(tolerance), None) = (spacing, round) {
-                refined = Some(RefinementEnd { tolerance, resolution: COARSEST, volume, failure: String::new() });
+            if let (Spacing::Tolerance(asked), None) = (spacing, round) {
+                refinement = Some(Refinement::of(asked, &volume, COARSEST));
             }
             let measures = match job.measurement {
                 // The order of coincident faces is not defined: rays tell which of them bound the solid.
@@ -159,9 +159,14 @@ pub fn measure(
     // The bounds are those of the exact volume, beyond which over- and under-estimates lie.
     if let (Mode::Exact, Some(bounds)) = (job.mode, certified.bounds) {
         volume.narrow(bounds);
+        // Beside an exact volume, the estimate of the rays.
+        refined.iter_mut().for_each(|end: &mut RefinementEnd| end.volume.narrow(bounds));
     }
-    let (refinement, not_reached) = refined.map(|end| end.judge(&volume)).unzip();
-    warnings.extend(not_reached.flatten());
+    if let Some(end) = refined {
+        let (found, not_reached) = end.judge();
+        refinement = Some(found);
+        warnings.extend(not_reached);
+    }
     if let Some(round) = &round {
         warnings.extend(round.choice.ran().auto.iter().filter_map(|auto| auto.warning.clone()));
         warnings.extend(open_warning(&solids, round));

@@ -170,8 +170,10 @@ pub struct Refinement {
 
 impl Refinement {
     /// Compares the error of a volume with the requested share of it.
-    pub fn of(asked: f64, &Volume { value, error, .. }: &Volume, resolution: u32) -> Refinement {
-        let came_to = if error == 0.0 { 0.0 } else { error / value.abs() };
+    pub fn of(asked: f64, &Volume { value, error, method, .. }: &Volume, resolution: u32) -> Refinement {
+        // An exact volume of zero is rounded, too.
+        let is_nothing = error == 0.0 || method == Method::Exact && value.abs() <= error;
+        let came_to = if is_nothing { 0.0 } else { error / value.abs() };
         Refinement { asked, came_to, reached: came_to <= asked, resolution }
     }
 }
@@ -405,6 +407,7 @@ mod tests {
         };
         is_near(narrowed(5.0, 0.5, [1.0, 20.0]), (5.0, 0.5, [2.0, 10.0]));
         is_near(narrowed(5.0, 0.5, [5.25, 5.75]), (5.25, 0.5, [5.25, 5.75]));
+        is_near(narrowed(5.0, 0.5, [4.9, 5.1]), (5.0, 0.1, [4.9, 5.1]));
         is_near(narrowed(0.0, 0.0, [2.5, 3.0]), (2.5, 0.5, [2.5, 3.0]));
         // Bounds that rounding parts from the volumes of the inputs.
         is_near(narrowed(10.0, 0.5, [10.1, 10.2]), (10.0, 0.5, [2.0, 10.0]));

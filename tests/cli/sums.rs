@@ -129,6 +129,10 @@ fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
             "{mode}"
         );
     }
+    folder.stl("between.stl", &cuboid([4.0; 3], [6.0; 3]));
+    let common = ["intersect", "plates.stl", "between.stl", "--tolerance", "1%", "--bounds", "--unit", "mm"];
+    folder.run(&[&common[..], &["-o", "common.npz"]].concat()).code(0);
+    folder.run(&["difference", "a.stl", "a.stl", "--tolerance", "1%", "--unit", "mm"]).code(0);
     let [value, lower, upper, least, most, error] = offset("0.25").map(Option::unwrap);
     assert!((lower..=upper).contains(&value) && [least, most] == [lower, upper], "{lower} {value} {upper}");
     assert!(error <= (1.0 + 1e-9) * (upper - value).max(value - lower), "{value} ± {error} in {lower} to {upper}");

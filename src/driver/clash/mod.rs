@@ -212,12 +212,12 @@ pub fn clash_files(job: &ClashJob, start: Instant, progress: &Monitor) -> Result
     ClashPlan::new(parts, warnings, job.settings.clone(), start)?.compare_all(progress)
 }
 
-/// Returns the requirements on the parts of a job.
 /// Returns whether a path is that of a list of parts.
 fn is_list(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
+/// Returns the requirements on the parts of a job.
 fn requirements(unit: Option<LengthUnit>, fill: FillRule) -> InputRequirements {
     InputRequirements { unit, openness: Openness::Refused, sides: Sides::NotNeeded, fill, hashes: false }
 }

@@ -36,7 +36,7 @@ use super::measure::check_pitches;
 use super::measured::{Measured, Seconds, SumReport, Volume};
 use super::memory::Limit;
 use super::raster;
-use super::refine::{COARSEST, FINEST, UNMET, refine};
+use super::refine::{COARSEST, FINEST, RefinementEnd, UNMET, refine};
 use super::surface::{self, Imaged};
 use crate::Error;
 use crate::Warning;
@@ -149,7 +149,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     if let (Mode::Exact, Some(bounds)) = (job.mode, certified.bounds) {
         volume.narrow(bounds);
     }
-    let (refinement, not_reached) = refined.map(|end| end.judge(&volume)).unzip();
+    let (refinement, not_reached) = refined.map(|end| RefinementEnd { volume, ..end }.judge()).unzip();
     warnings.extend(not_reached.flatten());
     warnings.extend(operated.warnings);
     let found = operated.report.between_rays(operation);

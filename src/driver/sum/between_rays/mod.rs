@@ -35,7 +35,8 @@ pub use self::found::{BetweenRays, Detail};
 use self::quiet::near_crossings;
 use super::spot_check::is_in_spans;
 
-/// Planes of a slab. The memory is bounded by as many slabs as there are threads: about three bits for each node of them.
+/// Planes of a slab. The memory is bounded by as many slabs as there are threads, about three bits for each node of them, which is
+/// less than the resolution of gaps takes.
 const SLAB: usize = 32;
 
 /// Number of halvings of a cube, at most.
