@@ -7,7 +7,7 @@ use std::ops::Range;
 use glam::{DVec3, I64Vec3};
 use rayon::prelude::*;
 
-use super::growth::Stars;
+use super::growth::Directions;
 use super::signs::{Plane, Vertex};
 use crate::allocation::vec_with_room;
 use crate::box_tree::Box32;
@@ -137,7 +137,7 @@ pub(super) struct Bodies {
     pub bodies: Vec<Body>,
     /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
     pub displaced: f64,
-    stars: Stars,
+    directions: Directions,
     /// The numbers of points and of faces that there will be at most.
     room: [usize; 2],
 }
@@ -282,7 +282,7 @@ impl Bodies {
     pub fn growth(&self, point: u32, body: u32) -> I64Vec3 {
         match self.bodies[body as usize].rate {
             0 => I64Vec3::ZERO,
-            rate => i64::from(rate) * self.stars.direction(self, point),
+            rate => i64::from(rate) * self.directions.of(self, point),
         }
     }
 

@@ -78,35 +78,74 @@ fn beside(operands: Vec<Vec<Leaf>>, sign: i32) -> Vec<Leaf> {
     all
 }
 
-/// The faces at each point, once they are needed.
+/// The directions in which points move. Each is found when it is first asked for, as few points need theirs.
 #[derive(Debug, Default)]
-pub(super) struct Stars {
-    stars: OnceLock<(Vec<u32>, Vec<u32>)>,
+pub(super) struct Directions {
+    of_points: OnceLock<OfPoints>,
 }
 
-impl Stars {
-    /// Returns the faces at a point.
-    fn at(&self, bodies: &Bodies, point: u32) -> &[u32] {
-        let (ends, faces) = self.stars.get_or_init(|| sorted(bodies));
-        let start = point.checked_sub(1).map_or(0, |before| ends[before as usize]);
-        &faces[start as usize..ends[point as usize] as usize]
-    }
+/// The faces at each point, and its direction once that is known.
+#[derive(Debug)]
+struct OfPoints {
+    /// The faces by points.
+    faces: Vec<u32>,
+    /// The end of the faces of each point.
+    ends: Vec<u32>,
+    directions: Vec<OnceLock<[i32; 3]>>,
+}
 
+impl Directions {
     /// Returns the direction in which a point moves while its body grows.
-    pub fn direction(&self, bodies: &Bodies, point: u32) -> I64Vec3 {
-        let mut normals: Vec<DVec3> = Vec::new();
-        for &face in self.at(bodies, point) {
-            let [a, b, c] = bodies.corners(face);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            // A plane counts once, however many faces it has.
-            if normals.iter().all(|other| other.dot(normal) < 1.0 - 1e-12) {
-                normals.push(normal);
+    pub fn of(&self, bodies: &Bodies, point: u32) -> I64Vec3 {
+        let of_points = self.of_points.get_or_init(|| OfPoints::new(bodies));
+        let direction =
+            of_points.directions[point as usize].get_or_init(|| direction(bodies, of_points.faces_at(point)));
+        I64Vec3::from_array(direction.map(i64::from))
+    }
+}
+
+impl OfPoints {
+    fn new(bodies: &Bodies) -> OfPoints {
+        let mut ends = vec![0u32; bodies.points.len()];
+        bodies.faces.as_flattened().iter().for_each(|&point| ends[point as usize] += 1);
+        let mut sum = 0;
+        for end in &mut ends {
+            let count = *end;
+            *end = sum;
+            sum += count;
+        }
+        let mut faces = vec![0; 3 * bodies.faces.len()];
+        for (face, corners) in (0..).zip(&bodies.faces) {
+            for &point in corners {
+                faces[ends[point as usize] as usize] = face;
+                ends[point as usize] += 1;
             }
         }
-        let direction = in_front(&normals);
-        let longest = direction.abs().max_element();
-        if longest < 1e-9 { I64Vec3::ZERO } else { (direction * (LENGTH / longest)).round().as_i64vec3() }
+        let directions = ends.iter().map(|_| OnceLock::new()).collect();
+        OfPoints { faces, ends, directions }
     }
+
+    /// Returns the faces at a point.
+    fn faces_at(&self, point: u32) -> &[u32] {
+        let start = point.checked_sub(1).map_or(0, |before| self.ends[before as usize]);
+        &self.faces[start as usize..self.ends[point as usize] as usize]
+    }
+}
+
+/// Returns the direction in which the point moves at which these faces meet.
+fn direction(bodies: &Bodies, faces: &[u32]) -> [i32; 3] {
+    let mut normals: Vec<DVec3> = Vec::new();
+    for &face in faces {
+        let [a, b, c] = bodies.corners(face);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        // A plane counts once, however many faces it has.
+        if normals.iter().all(|other| other.dot(normal) < 1.0 - 1e-12) {
+            normals.push(normal);
+        }
+    }
+    let direction = in_front(&normals);
+    let longest = direction.abs().max_element();
+    if longest < 1e-9 { [0; 3] } else { (direction * (LENGTH / longest)).round().as_ivec3().to_array() }
 }
 
 /// Returns a direction towards the front of all planes at a point, of their unit normals; of none if there is none.
@@ -133,26 +172,6 @@ fn in_front(normals: &[DVec3]) -> DVec3 {
         }
     }
     best.1
-}
-
-/// Returns the faces by points, and the end of those of each point.
-fn sorted(bodies: &Bodies) -> (Vec<u32>, Vec<u32>) {
-    let mut ends = vec![0u32; bodies.points.len()];
-    bodies.faces.as_flattened().iter().for_each(|&point| ends[point as usize] += 1);
-    let mut sum = 0;
-    for end in &mut ends {
-        let count = *end;
-        *end = sum;
-        sum += count;
-    }
-    let mut faces = vec![0; 3 * bodies.faces.len()];
-    for (face, corners) in (0..).zip(&bodies.faces) {
-        for &point in corners {
-            faces[ends[point as usize] as usize] = face;
-            ends[point as usize] += 1;
-        }
-    }
-    (ends, faces)
 }
 
 #[cfg(test)]
