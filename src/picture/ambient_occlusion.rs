@@ -187,6 +187,7 @@ impl Volume {
         let slope = Vec2::new(towards.x, towards.y) / towards.z;
         let mut light = Slice::bright(nx, ny);
         let mut below = Slice::bright(nx, ny);
+        let mut rows = Rows::of(&light);
         let mut arrived = vec![255; points.len()];
         for z in (0..nz).rev() {
             checkpoint();
@@ -196,8 +197,7 @@ impl Volume {
                 let at = Vec2::new(p.x, p.y) + slope * (z as f32 + 0.5 - p.z);
                 arrived[i as usize] = (255.0 * light.at(at) + 0.5) as u8;
             }
-            light.dim(&self.cells[z * nx * ny..(z + 1) * nx * ny]);
-            light.carry(slope, &mut below);
+            light.carry(&self.cells[z * nx * ny..(z + 1) * nx * ny], slope, &mut rows, &mut below);
             std::mem::swap(&mut light, &mut below);
         }
         arrived
@@ -283,36 +283,89 @@ impl Slice {
         mix(mix(low[0], low[1], fx), mix(high[0], high[1], fx), fy)
     }
 
-    /// Attenuates the light by the solid fraction of each cell.
-    fn dim(&mut self, cells: &[u8]) {
-        let ([nx, ny], stride) = (self.size, self.stride());
-        for y in 0..ny {
-            let start = (y + RIM) * stride + RIM;
-            let row = &mut self.light[start..start + nx];
-            for (light, &cell) in row.iter_mut().zip(&cells[y * nx..(y + 1) * nx]) {
-                *light *= 1.0 - f32::from(cell) * (1.0 / 255.0);
-            }
-        }
-    }
-
-    /// Propagates the light one slice further down.
-    fn carry(&self, slope: Vec2, below: &mut Slice) {
+    /// Attenuates the light by the solid fraction of each cell, and propagates it one slice further down. Each cell below takes the
+    /// weighted mean of four cells, two in each of two rows.
+    fn carry(&self, cells: &[u8], slope: Vec2, rows: &mut Rows, below: &mut Slice) {
         let ([nx, ny], stride) = (self.size, self.stride());
         let whole = slope.floor();
         let (fx, fy) = (slope.x - whole.x, slope.y - whole.y);
-        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-        let from = |y: usize, dy: usize| {
-            let start = (y as i64 + RIM as i64 + whole.y as i64) as usize + dy;
-            start * stride + (RIM as i64 + whole.x as i64) as usize
-        };
-        for y in 0..ny {
-            let (low, high) = (&self.light[from(y, 0)..][..nx + 1], &self.light[from(y, 1)..][..nx + 1]);
-            let start = (y + RIM) * stride + RIM;
-            let target = &mut below.light[start..start + nx];
-            for x in 0..nx {
-                target[x] =
-                    weights[0] * low[x] + weights[1] * low[x + 1] + weights[2] * high[x] + weights[3] * high[x + 1];
+        let from = |start: f32| (RIM as i64 + start as i64) as usize;
+        let (left, first) = (from(whole.x), from(whole.y));
+        for row in first..=first + ny {
+            let light = &self.light[row * stride..(row + 1) * stride];
+            let Rows { lit, above, mixed } = rows;
+            // The rim is never attenuated.
+            let inside = row.checked_sub(RIM).filter(|&y| y < ny);
+            if let Some(y) = inside {
+                let cells = &cells[y * nx..(y + 1) * nx];
+                for ((lit, light), &cell) in lit[RIM..RIM + nx].iter_mut().zip(&light[RIM..RIM + nx]).zip(cells) {
+                    *lit = light * (1.0 - f32::from(cell) * (1.0 / 255.0));
+                }
             }
+            let lit = if inside.is_some() { &lit[..] } else { light };
+            for ((mixed, &a), &b) in mixed.iter_mut().zip(&lit[left..][..nx]).zip(&lit[left + 1..][..nx]) {
+                *mixed = (1.0 - fx) * a + fx * b;
+            }
+            if row > first {
+                let start = (row - first - 1 + RIM) * stride + RIM;
+                for ((below, &a), &b) in below.light[start..start + nx].iter_mut().zip(&above[..]).zip(&mixed[..]) {
+                    *below = (1.0 - fy) * a + fy * b;
+                }
+            }
+            std::mem::swap(above, mixed);
+        }
+    }
+}
+
+/// Memory for [`Slice::carry`].
+struct Rows {
+    /// The light of a row behind its cells, with the bright rim.
+    lit: Vec<f32>,
+    /// The means of neighbours in the row before, and in this one.
+    above: Vec<f32>,
+    mixed: Vec<f32>,
+}
+
+impl Rows {
+    fn of(slice: &Slice) -> Rows {
+        let nx = slice.size[0];
+        Rows { lit: vec![1.0; slice.stride()], above: vec![0.0; nx], mixed: vec![0.0; nx] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::random::Random;
+
+    #[test]
+    fn light_is_the_weighted_mean_of_four_attenuated_cells() {
+        let (nx, ny) = (7, 5);
+        let mut random = Random::new(4);
+        for slope in
+            [[0.0, 0.0], [0.3, -0.6], [-1.4, 1.2], [1.0, -1.0], [-0.2, -1.43], [1.43, 0.9]].map(Vec2::from_array)
+        {
+            let mut light = Slice::bright(nx, ny);
+            let (stride, cells) = (light.stride(), (0..nx * ny).map(|_| random.below(256) as u8).collect::<Vec<u8>>());
+            let mut attenuated = Slice::bright(nx, ny);
+            for (at, &cell) in cells.iter().enumerate() {
+                let place = (at / nx + RIM) * stride + at % nx + RIM;
+                light.light[place] = random.below(1000) as f32 / 999.0;
+                attenuated.light[place] = light.light[place] * (1.0 - f32::from(cell) / 255.0);
+            }
+            let mut below = Slice::bright(nx, ny);
+            light.carry(&cells, slope, &mut Rows::of(&light), &mut below);
+            for at in 0..nx * ny {
+                let (x, y) = (at % nx, at / nx);
+                let middle = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let (found, expected) = (below.light[(y + RIM) * stride + x + RIM], attenuated.at(middle + slope));
+                assert!((found - expected).abs() < 1e-5, "{slope}, {x}, {y}: {found}, not {expected}");
+            }
+            let rim = (0..below.light.len()).filter(|at| {
+                let (x, y) = (at % stride, at / stride);
+                !(RIM..RIM + nx).contains(&x) || !(RIM..RIM + ny).contains(&y)
+            });
+            assert!(rim.map(|at| below.light[at]).all(|light| light == 1.0));
         }
     }
 }

@@ -12,7 +12,7 @@ pub fn write(canvas: &Canvas, target: impl Write) -> io::Result<()> {
     let mut encoder = Encoder::new(target, canvas.width(), canvas.height());
     encoder.set_color(if alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(Compression::High);
+    encoder.set_compression(Compression::Balanced);
     encoder.set_filter(Filter::Adaptive);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     let mut writer = encoder.write_header().map_err(as_io)?;
