@@ -370,6 +370,11 @@ pub(crate) fn in_order(all: &Box32, items: impl ParallelIterator<Item = (u32, Bo
     let mut coded: Vec<(u64, u32)> = vec_with_room(items.opt_len().unwrap_or_default());
     coded.par_extend(items.map(|(item, extent)| (curve.code(&extent), item)));
     checkpoint();
+    by_code(coded)
+}
+
+/// Returns items in the order of their codes, and those with the same code in that of their numbers.
+fn by_code(coded: Vec<(u64, u32)>) -> Vec<u32> {
     sorted(coded).into_par_iter().with_min_len(CHUNK).map(|(_, item)| item).collect()
 }
 

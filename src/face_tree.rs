@@ -44,6 +44,11 @@ impl FaceTree {
         let of_leaf = |faces: &[u32]| FourBoxes::of(faces.iter().map(|&face| extent(face)));
         let mut extents: Vec<FourBoxes> = vec_with_room(order.len().div_ceil(LEAF));
         extents.par_extend(order.par_chunks(LEAF).with_min_len(1 << 10).map(of_leaf));
+        FaceTree::over(order, extents)
+    }
+
+    /// Returns the hierarchy over faces in this order, with their boxes.
+    fn over(order: Vec<u32>, extents: Vec<FourBoxes>) -> FaceTree {
         let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
         FaceTree { extents, tree: BoxTree::over(order, leaves) }
     }

@@ -148,7 +148,7 @@ impl Crossings {
 /// Returns the number of crossings per world unit, P_L, of a line in `direction`, a unit vector, with a surface in a volume TV.
 pub fn crossings_along(surface: &SurfaceElements, volume: f64, direction: DVec3) -> f64 {
     let normals = &surface.facets().normals;
-    super::surface_area::in_chunks(normals.len(), |f| surface.areas()[f] * normals[f].dot(direction).abs()) / volume
+    super::surface_area::in_chunks(normals.len(), &|f| surface.areas()[f] * normals[f].dot(direction).abs()) / volume
 }
 
 /// Returns directions with their weights, proportional to the solid angle of their cell.

@@ -34,14 +34,19 @@ impl NodeSet {
     /// Returns the nodes for which `belongs` is true.
     pub fn from_fn(size: [usize; 3], belongs: impl Fn([usize; 3]) -> bool + Sync) -> NodeSet {
         let mut set = NodeSet::empty(size);
-        let words = set.words.max(1);
-        set.bits.par_chunks_mut(words).enumerate().for_each(|(row, bits)| {
-            let (y, z) = (row % size[1], row / size[1]);
+        set.change_rows(&|[y, z], bits| {
             for x in (0..size[0]).filter(|&x| belongs([x, y, z])) {
                 bits[x / 64] |= 1 << (x % 64);
             }
         });
         set
+    }
+
+    /// Calls `change` with [y, z] and the words of each row.
+    fn change_rows(&mut self, change: &(dyn Fn([usize; 2], &mut [u64]) + Sync)) {
+        let rows = self.size[1];
+        let each = self.bits.par_chunks_mut(self.words.max(1)).enumerate().with_min_len(16);
+        each.for_each(|(row, bits)| change([row % rows, row / rows], bits));
     }
 
     /// Returns the nodes that are inside by the images.
@@ -139,7 +144,7 @@ impl NodeSet {
     pub fn grown(&self, by: usize) -> NodeSet {
         let [_, rows, planes] = self.size;
         let mut grown = self.clone();
-        let along_x = |row: &mut [u64]| {
+        grown.change_rows(&|_, row| {
             let own = row.to_vec();
             for step in 1..=by {
                 for (word, bits) in row.iter_mut().enumerate() {
@@ -148,15 +153,14 @@ impl NodeSet {
                     *bits |= own[word] << step | before | own[word] >> step | after;
                 }
             }
-        };
-        grown.bits.par_chunks_mut(self.words.max(1)).for_each(along_x);
+        });
         for axis in [1, 2] {
             let along = grown.clone();
-            grown.bits.par_chunks_mut(self.words.max(1)).enumerate().for_each(|(row, bits)| {
-                let (at, length) = if axis == 1 { (row % rows, rows) } else { (row / rows, planes) };
+            grown.change_rows(&|[y, z], bits| {
+                let (at, length) = if axis == 1 { (y, rows) } else { (z, planes) };
                 for other in at.saturating_sub(by)..(at + by + 1).min(length) {
-                    let (y, z) = if axis == 1 { (other, row / rows) } else { (row % rows, other) };
-                    bits.iter_mut().zip(along.row(y, z)).for_each(|(word, other)| *word |= other);
+                    let row = if axis == 1 { along.row(other, z) } else { along.row(y, other) };
+                    bits.iter_mut().zip(row).for_each(|(word, other)| *word |= other);
                 }
             });
         }
@@ -168,8 +172,18 @@ impl NodeSet {
     /// If the sets are of rasters of different sizes.
     fn combined(&self, other: &NodeSet, combine: impl Fn(u64, u64) -> u64 + Sync) -> NodeSet {
         assert_eq!(self.size, other.size, "sets of nodes of one raster");
-        let bits = self.bits.par_iter().zip(&other.bits).with_min_len(1 << 14).map(|(&a, &b)| combine(a, b)).collect();
-        NodeSet { bits, ..*self }
+        let mut set = self.clone();
+        set.change_beside(other, &|words, others| {
+            words.iter_mut().zip(others).for_each(|(word, &other)| *word = combine(*word, other));
+        });
+        set
+    }
+
+    /// Calls `change` with parts of the words of this set and the same part of another.
+    fn change_beside(&mut self, other: &NodeSet, change: &(dyn Fn(&mut [u64], &[u64]) + Sync)) {
+        const PART: usize = 1 << 14;
+        let each = self.bits.par_chunks_mut(PART).zip(other.bits.par_chunks(PART));
+        each.for_each(|(words, others)| change(words, others));
     }
 
     /// Clears the bits beyond the last node of each row.

@@ -45,7 +45,7 @@ pub fn overhang(surface: &SurfaceElements, build: DVec3, angle: f64, plate: Plat
     };
     let rests = |facet: usize| facets.corners(facet).iter().all(|corner| corner.dot(up) <= lowest);
     let total = surface.area();
-    let area = in_chunks(facets.normals.len(), |facet| {
+    let area = in_chunks(facets.normals.len(), &|facet| {
         let overhangs = facets.normals[facet].dot(up) < limit && !rests(facet);
         if overhangs { surface.areas()[facet] } else { 0.0 }
     });

@@ -65,7 +65,7 @@ pub(super) struct Block {
 ///
 /// `fineness` is the parameter, with its value, that an error about too many nodes or triangles names.
 pub(super) fn contour(
-    solid: &impl Implicit,
+    solid: &dyn Implicit,
     block: &Block,
     fineness: (&'static str, f64),
 ) -> Result<TriangleMesh, SolidError> {
@@ -98,8 +98,8 @@ pub(super) fn contour(
 type Index = [usize; 3];
 
 /// Signs on the padded nodes. Positions inside this module are in cells from `block.min`.
-struct Grid<'a, S> {
-    solid: &'a S,
+struct Grid<'a> {
+    solid: &'a dyn Implicit,
     block: &'a Block,
     /// Number of nodes along each axis, padding included.
     nodes: Index,
@@ -151,8 +151,8 @@ struct Layer {
     vertices: Vec<Vertex>,
 }
 
-impl<'a, S: Implicit> Grid<'a, S> {
-    fn sample(solid: &'a S, block: &'a Block) -> Self {
+impl<'a> Grid<'a> {
+    fn sample(solid: &'a dyn Implicit, block: &'a Block) -> Self {
         let nodes = block.cells.map(|n| n + 3);
         let [nx, ny, nz] = nodes;
         let mut inside = vec![false; nx * ny * nz];

@@ -59,7 +59,7 @@ impl<'a> Basins<'a> {
     /// Makes each node point to the neighbour with the largest radius, or to itself if none has a larger one. Of equal radii,
     /// the later node counts as larger.
     fn go_up(&self) {
-        self.each_row(|y, z| {
+        self.each_row(&|y, z| {
             let row = self.steps.row(y, z);
             for x in self.steps.members(y, z) {
                 let own = row.number(x, MIDDLE);
@@ -75,7 +75,7 @@ impl<'a> Basins<'a> {
     /// Makes each node point to the end of its ascent. Other threads may do the same with nodes on the path meanwhile, which
     /// only shortens it.
     fn follow(&self) {
-        self.each_row(|y, z| {
+        self.each_row(&|y, z| {
             for x in self.steps.members(y, z) {
                 let own = self.steps.index([x, y, z]);
                 let mut node = own;
@@ -106,7 +106,7 @@ impl<'a> Basins<'a> {
             *self.of[top as usize].get_mut() = BASIN | self.count as u32;
             self.count += 1;
         }
-        self.each_row(|y, z| {
+        self.each_row(&|y, z| {
             for x in self.steps.members(y, z) {
                 let node = self.steps.index([x, y, z]) as usize;
                 let top = self.of[node].load(Relaxed);
@@ -128,7 +128,7 @@ impl<'a> Basins<'a> {
         self.radii[node as usize].max(LEAST)
     }
 
-    fn each_row(&self, work: impl Fn(usize, usize) + Sync) {
+    fn each_row(&self, work: &(dyn Fn(usize, usize) + Sync)) {
         let [_, height, depth] = self.steps.size();
         (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| {
             checkpoint();

@@ -115,10 +115,10 @@ impl<'a> SurfaceElements<'a> {
             areas.par_iter_mut().enumerate().with_min_len(CHUNK).for_each(|(facet, area)| {
                 *area += weight(facet) * f64::from(within[facet]);
             });
-            all += in_chunks(of_all.len(), |facet| weight(facet) * f64::from(of_all[facet]));
+            all += in_chunks(of_all.len(), &|facet| weight(facet) * f64::from(of_all[facet]));
         }
         if scale == Scale::ToMesh && all > 0.0 {
-            let ratio = in_chunks(facets.areas.len(), |facet| facets.areas[facet]) / all;
+            let ratio = in_chunks(facets.areas.len(), &|facet| facets.areas[facet]) / all;
             areas.par_iter_mut().with_min_len(CHUNK).for_each(|area| *area *= ratio);
         }
         SurfaceElements { facets, areas, source: Source::Hits }
@@ -126,7 +126,7 @@ impl<'a> SurfaceElements<'a> {
 
     /// Returns BS, the area of the surface within the region, in square world units.
     pub fn area(&self) -> f64 {
-        in_chunks(self.areas.len(), |facet| self.areas[facet])
+        in_chunks(self.areas.len(), &|facet| self.areas[facet])
     }
 
     /// Returns the area of each facet within the region, in square world units.
@@ -146,10 +146,10 @@ impl<'a> SurfaceElements<'a> {
 }
 
 /// Returns a sum over facets, in an order that does not depend on the number of threads.
-pub(super) fn in_chunks(length: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+pub(super) fn in_chunks(length: usize, term: &(dyn Fn(usize) -> f64 + Sync)) -> f64 {
     let chunk = |c: usize| {
         checkpoint();
-        (c * CHUNK..length.min((c + 1) * CHUNK)).map(&term).sum::<f64>()
+        (c * CHUNK..length.min((c + 1) * CHUNK)).map(term).sum::<f64>()
     };
     let sums: Vec<f64> = (0..length.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
     sums.iter().sum()
