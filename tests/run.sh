@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
-# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python reference files peers python-package browser
-#                             self-test; all by default; or of quick, which repeats the fastest part of fmt, clippy and test
+# usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python python-package reference files browser peers; all
+#                             by default; or of quick, which repeats the fastest part of fmt, clippy and test. The last five run after
+#                             the others, two at a time
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -10,11 +11,13 @@
 set -euo pipefail
 
 cd "$(dirname "$0")/.."
-stages=(fmt clippy docs test no-gpu corpus python reference files peers python-package browser self-test)
+stages=(fmt clippy docs test no-gpu corpus python python-package reference files browser peers)
+# Two of these run at a time, after all others: they call what is built, and leave processors idle in between.
+in_pairs=(python-package reference files browser peers)
 # Stages that repeat parts of others, run only by name.
 repeats=(quick)
 
-# Functions report failure by status, each command by its own: `if` around their call switches off `set -e` inside them.
+# Functions report failure by status, each command by its own: `||` after their call switches off `set -e` inside them.
 
 # On Linux, what tests of the GPU's sampler reach an adapter by: the loader, and a driver for it to find.
 has_vulkan() {
@@ -109,31 +112,48 @@ run_corpus() {
   ran=$(grep -cE '^running [1-9]' "$log") || true
   rm "$log"
   [ "$ran" != 0 ] || { echo "no corpus test ran"; return 1; }
-  run_python && build_program && .venv/bin/python tests/reference/outputs.py --program "$program" --corpus "$corpus" &&
-    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" --corpus "$corpus"
+  run_python && build_program && check_by outputs.py --program "$program" --corpus "$corpus" &&
+    check_by exact_volumes.py --program "$program" --bench "$bench" --corpus "$corpus"
 }
 
-# The installation in the background, as a process group, and the second of this run at which it ends at the latest.
+# The installation in the background, and the second of this run at which it ends at the latest.
 installer=
 INSTALLED_BY=900
 is_installing() { [ -n "$installer" ] && kill -0 "$installer" 2>/dev/null; }
-stop_installing() { ! is_installing || kill -- "-$installer" 2>/dev/null || true; }
+
+# Starts a command in the background, as a process group of its own.
+in_background() {
+  set -m
+  "$@" </dev/null &
+  set +m
+}
+# Stops a group that runs.
+stop() { [ -z "$1" ] || ! kill -0 "$1" 2>/dev/null || kill -- "-$1" 2>/dev/null || true; }
 
 # What an interrupted run left half made is made anew.
+has_python=
 run_python() {
+  [ -z "$has_python" ] || return 0
   # Two installations at once would spoil the folder.
   while is_installing && [ $SECONDS -lt $INSTALLED_BY ]; do sleep 1; done
-  stop_installing
+  stop "$installer"
   .venv/bin/python -m pip --version &>/dev/null || python3 -m venv --clear .venv || return
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements.txt
 }
-# Each may be the only stage asked for.
+# Each may be the only stage asked for. The self-test of a check shows that it notices falsehoods.
 run_reference() {
-  run_python && .venv/bin/python tests/reference/live_manifold.py && .venv/bin/python tests/reference/live_sums.py &&
-    build_program && .venv/bin/python tests/reference/offsets.py --program "$program" &&
-    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" &&
-    .venv/bin/python tests/reference/clashes.py --program "$program" &&
-    .venv/bin/python tests/reference/estimates.py --program "$program" --cases 200
+  run_python && run_twice live_manifold.py && run_twice live_sums.py &&
+    build_program && run_twice offsets.py --program "$program" &&
+    run_twice exact_volumes.py --program "$program" --bench "$bench" &&
+    check_by clashes.py --program "$program" --self-test &&
+    check_by estimates.py --program "$program" --cases 200 --self-test
+}
+check_by() { .venv/bin/python "tests/reference/$1" "${@:2}"; }
+# Runs a check and its self-test, the second also where the first fails.
+run_twice() {
+  local status=0
+  check_by "$@" || status=$?
+  check_by "$@" --self-test && return "$status"
 }
 # Pages in a browser: reports on one solid, on several and on two beside each other, a clash, a sweep. The limits are kept, so that all exit with 0.
 run_browser() {
@@ -141,6 +161,7 @@ run_browser() {
   local pages
   pages=$(mktemp -d)
   make_pages "$pages" &&
+    node tests/browser/self_test.mjs &&
     node tests/browser/check.mjs report="$pages/one/report.html" report="$pages/roi/report.html" report="$pages/hull/report.html" \
       summary="$pages/many/index.html" comparison="$pages/two/compare.html" clash="$pages/clash/clash.html" \
       sweep="$pages/sweep/index.html"
@@ -168,11 +189,9 @@ make_clash_page() {
 }
 # Files that are written, read by others; and the commands of README.md and docs/.
 run_files() {
-  run_python && build_program && .venv/bin/python tests/reference/live_numpy.py "$program" &&
-    .venv/bin/python tests/reference/reread.py --program "$program" &&
-    .venv/bin/python tests/reference/outputs.py --program "$program" &&
-    .venv/bin/python tests/reference/sum_outputs.py --program "$program" &&
-    .venv/bin/python tests/reference/docs.py --program "$program"
+  run_python && build_program && check_by live_numpy.py "$program" && check_by live_numpy.py --self-test &&
+    check_by reread.py --program "$program" --self-test && run_twice outputs.py --program "$program" &&
+    run_twice sum_outputs.py --program "$program" && run_twice docs.py --program "$program"
 }
 # Metrics of voxel arrays, by programs that take some minutes to install.
 run_metrics_python() {
@@ -180,8 +199,8 @@ run_metrics_python() {
     .venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement tests/requirements-metrics.txt
 }
 run_peers() {
-  run_metrics_python && build_bench && .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --quick &&
-    .venv/bin/python tests/reference/metrics_peers.py --program "$bench" --self-test
+  run_metrics_python && build_program && check_by metrics_peers.py --program "$bench" --quick &&
+    check_by metrics_peers.py --program "$bench" --self-test
 }
 # The wheel of the Python package in a fresh environment: its tests, the programs of its guide, and the console script beside the
 # program of the same profile.
@@ -201,25 +220,10 @@ shares_the_library() {
     { echo "the wheel compiled the library a second time: in apps/ldi-py/Cargo.toml, give its dependencies the features" \
       "that the tests of the workspace give them (cargo tree --workspace --edges features)" >&2; return 1; }
 }
-run_self-test() {
-  run_python && .venv/bin/python tests/reference/live_manifold.py --self-test &&
-    .venv/bin/python tests/reference/live_sums.py --self-test &&
-    .venv/bin/python tests/reference/live_numpy.py --self-test &&
-    build_program && .venv/bin/python tests/reference/reread.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/offsets.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/exact_volumes.py --program "$program" --bench "$bench" --self-test &&
-    .venv/bin/python tests/reference/clashes.py --program "$program" --parts 40 --self-test &&
-    .venv/bin/python tests/reference/estimates.py --program "$program" --cases 60 --self-test &&
-    .venv/bin/python tests/reference/outputs.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/sum_outputs.py --program "$program" --self-test &&
-    .venv/bin/python tests/reference/docs.py --program "$program" --self-test &&
-    install_browser && node tests/browser/self_test.mjs
-}
 program=${CARGO_TARGET_DIR:-target}/checked/ldi-ops
 # With the tests, whose features the dependencies are built with already.
 build_program() { cargo build --profile checked --workspace --bins --tests; }
 bench=${CARGO_TARGET_DIR:-target}/checked/ldi-bench
-build_bench() { build_program; }
 
 if [ $# = 0 ]; then set -- "${stages[@]}"; fi
 for stage in "$@"; do
@@ -229,8 +233,11 @@ done
 
 corpus=$(find_corpus)
 passed=0 failed=0 summary="" missing="" ends=""
-log=$(mktemp)
-trap 'stop_installing; rm -f "$log"' EXIT
+logs=$(mktemp -d)
+other=
+trap 'stop "$installer"; stop "$other"; rm -rf "$logs"' EXIT
+# What was printed by stages that have not ended is kept.
+trap 'trap - EXIT; stop "$installer"; stop "$other"; echo "stopped; stages printed to $logs"; exit 130' INT TERM
 if ! install_missing "$@"; then
   printf -v summary '%-14s %s\n' install 'FAILED; no other stage was run'
   failed=1
@@ -238,30 +245,80 @@ if ! install_missing "$@"; then
 fi
 # The peers take minutes to fetch, in which the first stages compile. The stage `peers` installs them again and reports failures.
 if [[ " $* " == *" peers "* ]]; then
-  set -m
-  run_metrics_python &>/dev/null </dev/null &
+  in_background run_metrics_python &>/dev/null
   installer=$!
-  set +m
 fi
-for stage in "$@"; do
-  printf '\n=== %s\n' "$stage"
-  if [ "$stage" = corpus ] && [ -z "$corpus" ] && [ -z "${LDI_CORPUS:-}" ]; then
-    verdict="NOT RUN: corpus folder not found; real meshes were NOT tested (set LDI_CORPUS)"
-    missing=$verdict
-    echo "$verdict"
+
+# Runs a stage, and leaves its verdict beside its log.
+run_stage() {
+  local start=$SECONDS verdict=passed
+  "run_$1" || verdict=FAILED
+  echo "$verdict $((SECONDS - start)) s" >"$logs/$1.verdict"
+}
+# Adds a stage that has run to the summary.
+count() {
+  local verdict
+  verdict=$(cat "$logs/$1.verdict" 2>/dev/null) || verdict="FAILED; it was stopped"
+  if [[ $verdict == passed* ]]; then
+    passed=$((passed + 1))
   else
-    start=$SECONDS
-    if "run_$stage" 2>&1 | tee "$log"; then
-      verdict=passed passed=$((passed + 1))
-    else
-      verdict=FAILED failed=$((failed + 1))
-      # Again at the end, where it is seen.
-      ends+=$'\n\n'"=== the end of $stage"$'\n'$(grep -E 'FAILED|panicked|^error' "$log" | tail -n 20; tail -n 20 "$log")
-    fi
-    verdict+=" $((SECONDS - start)) s"
+    failed=$((failed + 1))
+    # Again at the end, where it is seen.
+    ends+=$'\n\n'"=== the end of $1"$'\n'$(last_words "$logs/$1" 2>/dev/null || true)
   fi
-  printf -v summary '%s%-14s %s\n' "$summary" "$stage" "$verdict"
+  printf -v summary '%s%-14s %s\n' "$summary" "$1" "$verdict"
+}
+last_words() { grep -E 'FAILED|panicked|^error' "$1" | tail -n 20; tail -n 20 "$1"; }
+run_printed() {
+  printf '\n=== %s\n' "$1"
+  # The verdict is in its file, also where this fails.
+  run_stage "$1" 2>&1 | tee "$logs/$1" || true
+}
+# Runs the stages that no other process has begun, and prints each when it has ended.
+run_rest() {
+  local stage
+  for stage in "$@"; do
+    mkdir "$logs/$stage.begun" 2>/dev/null || continue
+    run_stage "$stage" &>"$logs/$stage"
+    printf '\n=== %s\n' "$stage"
+    cat "$logs/$stage"
+  done
+}
+
+paired=()
+for stage in "$@"; do
+  if [[ " ${in_pairs[*]} " == *" $stage "* ]]; then
+    paired+=("$stage")
+    continue
+  fi
+  if [ "$stage" = corpus ] && [ -z "$corpus" ] && [ -z "${LDI_CORPUS:-}" ]; then
+    missing="NOT RUN: corpus folder not found; real meshes were NOT tested (set LDI_CORPUS)"
+    printf '\n=== %s\n%s\n' "$stage" "$missing"
+    printf -v summary '%s%-14s %s\n' "$summary" "$stage" "$missing"
+  else
+    run_printed "$stage"
+    count "$stage"
+  fi
 done
+# Two installations at once would spoil the folder: what the paired stages need of it is installed before. Where that fails, they
+# run one after another, and say so themselves.
+prepare() {
+  case " $* " in
+  *" peers "*) run_metrics_python ;;
+  *" reference "* | *" files "*) run_python ;;
+  esac
+}
+if [ ${#paired[@]} -gt 1 ] && prepare "${paired[@]}"; then
+  has_python=yes
+  printf '\n=== two at a time: %s\n' "${paired[*]}"
+  in_background run_rest "${paired[@]}"
+  other=$!
+  (trap 'exit 130' INT TERM && run_rest "${paired[@]}") || true
+  wait "$other" || true
+else
+  for stage in ${paired[@]+"${paired[@]}"}; do run_printed "$stage"; done
+fi
+for stage in ${paired[@]+"${paired[@]}"}; do count "$stage"; done
 
 printf '%s\n\n=== summary\n%s' "$ends" "$summary"
 [ -z "$missing" ] || echo "$missing"

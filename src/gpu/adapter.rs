@@ -71,6 +71,8 @@ pub fn adapters() -> Vec<Adapter> {
     descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
     // The only number of workgroups in a buffer is bounded by the shader that writes it, and no shader reads it back.
     descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    // In tests, the layers of the driver watch where they are installed.
+    descriptor.flags.set(wgpu::InstanceFlags::VALIDATION, cfg!(debug_assertions));
     let instance = wgpu::Instance::new(descriptor);
     let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     let mut adapters: Vec<Adapter> = found.into_iter().map(describe).collect();

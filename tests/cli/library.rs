@@ -239,7 +239,11 @@ impl ldi_ops::Progress for StopAt {
 
 #[test]
 fn operations_stopped_at_random_moments_leave_no_file_and_change_no_later_result() {
-    let folder = models();
+    // Smaller than the other models: a hundred operations of some tenths of a second.
+    let folder = Folder::new();
+    let gyroid = ["generate", "gyroid", "--cells", "1", "--cell-size", "4", "--wall", "0.8", "--resolution", "8"];
+    folder.run(&[&gyroid[..], &["-o", "a.3mf"]].concat()).code(0);
+    folder.run(&["generate", "sphere", "--radius", "3", "--segments", "12", "-o", "b.stl"]).code(0);
     let [a, b] = ["a.3mf", "b.stl"].map(|name| solid(&folder, name));
     type Operation<'o> = &'o dyn Fn(&StopAt) -> Result<(), Error>;
     let written = |shape: &Shape, rays: u32, progress: &StopAt| {
@@ -247,9 +251,9 @@ fn operations_stopped_at_random_moments_leave_no_file_and_change_no_later_result
         sampled.surface()?.progress(progress).write(folder.path("result.stl")).map(drop)
     };
     let operations: [Operation; 4] = [
-        &|progress| written(&a.intersect(&b), 40, progress),
-        &|progress| written(&a.minkowski_sum(&b), 32, progress),
-        &|progress| written(&a.close(0.4), 24, progress),
+        &|progress| written(&a.intersect(&b), 64, progress),
+        &|progress| written(&a.minkowski_sum(&b), 48, progress),
+        &|progress| written(&a.close(0.4), 32, progress),
         &|progress| {
             Report::of(&a).measure(&Settings::rays(12).progress(progress))?.write(folder.path("report")).map(drop)
         },
@@ -268,7 +272,7 @@ fn operations_stopped_at_random_moments_leave_no_file_and_change_no_later_result
         };
         remove();
         let mut stopped = 0;
-        for round in 0..50 {
+        for round in 0..30 {
             // The fractional parts of multiples of the golden ratio fill the duration evenly.
             let moment = whole.mul_f64((0.618_033_988_749_895 * f64::from(round)).fract());
             match operation(&StopAt(Instant::now() + moment)) {

@@ -5,8 +5,8 @@ usage: reread.py --program LDI-OPS [--self-test]
 
 Runs every command line of `cases()`, in a folder of its own, and re-reads the written file: 3MF by lib3mf in strict mode, all
 else by trimesh. Volume, area, box, triangles, watertightness, winding and unit must be those that the case expects. Exits 1 with
-a table of the differences. `--self-test` falsifies the expected values in each of these ways, and damages files, and exits 1
-unless the check finds every falsehood.
+a table of the differences. `--self-test` also falsifies the expected values in each of these ways, and damages files, and exits 1
+unless the check finds every falsehood, and no fault in the files as they are.
 """
 
 import dataclasses
