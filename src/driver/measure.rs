@@ -85,8 +85,8 @@ pub fn measure(
     if let (Keep::Mesh(_), true) = (job.keep, job.axes.len() < 3 && !has_all_kept) {
         return Err(Error::input("a mesh that is not exact needs the images along all axes; remove --axis"));
     }
-    let (mut refined, mut refinement) = (None, None);
-    let mut round = None;
+    let mut refined: Option<RefinementEnd> = None;
+    let (mut refinement, mut round) = (None, None);
     if needs_images {
         let mut sample = |spacing| sample_round(job, &solids, backends, spacing, &mut seconds, progress);
         round = Some(match spacing {
@@ -160,7 +160,9 @@ pub fn measure(
     if let (Mode::Exact, Some(bounds)) = (job.mode, certified.bounds) {
         volume.narrow(bounds);
         // Beside an exact volume, the estimate of the rays.
-        refined.iter_mut().for_each(|end: &mut RefinementEnd| end.volume.narrow(bounds));
+        if let Some(end) = &mut refined {
+            end.volume.narrow(bounds);
+        }
     }
     if let Some(end) = refined {
         let (found, not_reached) = end.judge();

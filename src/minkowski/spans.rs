@@ -145,16 +145,21 @@ mod tests {
                 for end in [start, start + 7, usize::MAX] {
                     let before = nodes.iter().filter(|&&node| node < start).count();
                     let among = nodes.iter().filter(|&&node| (start..=end).contains(&node)).count();
-                    match ends.place(ray, start, end) {
-                        RangeOnRay::Beyond => assert!(among == 0 && (before == 0 || before == nodes.len())),
-                        RangeOnRay::Between(of_ray) => assert!(among == 0 && before == 1 && of_ray[..] == nodes),
-                        RangeOnRay::Among => assert!(among > 0 || nodes.len() != 2),
-                    }
-                    counts[match ends.place(ray, start, end) {
-                        RangeOnRay::Beyond => 0,
-                        RangeOnRay::Between(_) => 1,
-                        RangeOnRay::Among => 2,
-                    }] += 1;
+                    let kind = match ends.place(ray, start, end) {
+                        RangeOnRay::Beyond => {
+                            assert!(among == 0 && (before == 0 || before == nodes.len()));
+                            0
+                        }
+                        RangeOnRay::Between(of_ray) => {
+                            assert!(among == 0 && before == 1 && of_ray[..] == nodes);
+                            1
+                        }
+                        RangeOnRay::Among => {
+                            assert!(among > 0 || nodes.len() != 2);
+                            2
+                        }
+                    };
+                    counts[kind] += 1;
                 }
             }
         }
