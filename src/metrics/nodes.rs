@@ -181,8 +181,8 @@ impl NodeSet {
 
     /// Calls `change` with parts of the words of this set and the same part of another.
     fn change_beside(&mut self, other: &NodeSet, change: &(dyn Fn(&mut [u64], &[u64]) + Sync)) {
-        const PART: usize = 1 << 14;
-        let each = self.bits.par_chunks_mut(PART).zip(other.bits.par_chunks(PART));
+        const WORDS_PER_TASK: usize = 1 << 14;
+        let each = self.bits.par_chunks_mut(WORDS_PER_TASK).zip(other.bits.par_chunks(WORDS_PER_TASK));
         each.for_each(|(words, others)| change(words, others));
     }
 
