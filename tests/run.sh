@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs every test and says at the end which passed.
 # usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python python-package reference files browser peers; all
-#                             by default; or of quick, which repeats the fastest part of fmt, clippy and test. The last five run after
-#                             the others, two at a time
+#                             by default; or of quick, which repeats the fastest part of fmt, clippy and test
+# The last five run after the others, two at a time.
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is

@@ -132,7 +132,7 @@ impl OfPoints {
     }
 }
 
-/// Returns the direction in which the point moves at which these faces meet.
+/// Returns the direction in which a point moves, given the faces at it.
 fn direction(bodies: &Bodies, faces: &[u32]) -> [i32; 3] {
     let mut normals: Vec<DVec3> = Vec::new();
     for &face in faces {

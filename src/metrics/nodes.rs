@@ -42,7 +42,7 @@ impl NodeSet {
         set
     }
 
-    /// Calls `change` with [y, z] and the words of each row.
+    /// Calls `change` with [y, z] and the words of each row. Behind a pointer, it shares the compiled loop with all others.
     fn change_rows(&mut self, change: &(dyn Fn([usize; 2], &mut [u64]) + Sync)) {
         let rows = self.size[1];
         let each = self.bits.par_chunks_mut(self.words.max(1)).enumerate().with_min_len(16);

@@ -321,8 +321,9 @@ impl Slice {
 struct Rows {
     /// The light of a row behind its cells, with the bright rim.
     lit: Vec<f32>,
-    /// The means of neighbours in the row before, and in this one.
+    /// The means of neighbours in the row before.
     above: Vec<f32>,
+    /// The means of neighbours in this row.
     mixed: Vec<f32>,
 }
 
