@@ -100,6 +100,7 @@ pub mod metrics;
 pub mod minkowski;
 #[cfg(feature = "picture")]
 pub mod picture;
+mod polygon;
 mod progress;
 #[cfg(feature = "report")]
 pub mod report;

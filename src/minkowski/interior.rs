@@ -61,6 +61,13 @@ impl VoxelSet {
         &mut self.bits[(z * self.size[1] + y) * self.words..][..self.words]
     }
 
+    /// Changes each word by that of a set of the same box.
+    fn change(&mut self, by: &VoxelSet, change: impl Fn(&mut u64, u64)) {
+        for (word, &by) in self.bits.iter_mut().zip(&by.bits) {
+            change(word, by);
+        }
+    }
+
     /// Returns the runs of voxels along x, row by row: y and z counted from the first, and the range of x.
     fn runs(&self) -> Vec<(usize, usize, std::ops::Range<usize>)> {
         let mut runs = Vec::new();
@@ -209,6 +216,12 @@ fn or_at(to: &mut [u64], from: &[u64], by: i32) {
     }
 }
 
+/// Fewest triangles whose voxels one task finds: each task has sets of its own, most of them of some 256 KiB.
+const TRIANGLES_PER_TASK: usize = 1 << 13;
+
+/// A triangle in lattice positions, cut by four planes.
+type Polygon = crate::polygon::Polygon<13>;
+
 /// The voxels that a solid touches and fills.
 struct Occupancy {
     touched: VoxelSet,
@@ -260,19 +273,31 @@ impl Occupancy {
             }
         }
         let mut full = touched.clone();
+        let none = || [VoxelSet::new(first, size, false), VoxelSet::new(first, size, false)];
         let voxel = |i: usize, position: i32| ((position >> shift) + margin[i] as i32) as usize;
-        for triangle in solid.triangles() {
+        // The voxels that triangles meet, and those that they may reach into.
+        let add = |[mut met, mut reached]: [VoxelSet; 2], triangle: &[u32; 3]| {
             checkpoint();
-            let corners = triangle.map(|v| solid.positions()[v as usize].map(f64::from));
-            for_each_point(&corners, shift, |point| {
+            let polygon = Polygon::of(triangle.map(|v| solid.positions()[v as usize]));
+            for_each_point(&polygon, shift, |point| {
                 let [x, y, z] = std::array::from_fn(|i| voxel(i, point[i] as i32));
-                set_range(touched.row_mut(y, z), x..x + 1);
+                set_range(met.row_mut(y, z), x..x + 1);
             });
-            for_each_reached(&corners, shift, |y, z, xs| {
+            for_each_reached(&polygon, shift, |y, z, xs| {
                 let at = |i: usize, index: i32| (index + margin[i] as i32).clamp(0, size[i] as i32 - 1) as usize;
-                clear_range(full.row_mut(at(1, y), at(2, z)), at(0, xs.0)..at(0, xs.1) + 1);
+                set_range(reached.row_mut(at(1, y), at(2, z)), at(0, xs.0)..at(0, xs.1) + 1);
             });
-        }
+            [met, reached]
+        };
+        let union = |[mut met, mut reached]: [VoxelSet; 2], [more_met, more_reached]: [VoxelSet; 2]| {
+            met.change(&more_met, |word, more| *word |= more);
+            reached.change(&more_reached, |word, more| *word |= more);
+            [met, reached]
+        };
+        let triangles = solid.triangles().par_iter().with_min_len(TRIANGLES_PER_TASK);
+        let [met, reached] = triangles.fold(none, add).reduce(none, union);
+        touched.change(&met, |word, met| *word |= met);
+        full.change(&reached, |word, reached| *word &= !reached);
         Some(Occupancy { touched, full })
     }
 }
@@ -282,8 +307,8 @@ impl Occupancy {
 const SLACK: f64 = 4.0;
 
 /// Calls `meet` with points of a triangle, its corners among them, that are at most a voxel apart along each axis.
-fn for_each_point(corners: &[[f64; 3]; 3], shift: u32, mut meet: impl FnMut([f64; 3])) {
-    let [a, b, c] = *corners;
+fn for_each_point(triangle: &Polygon, shift: u32, mut meet: impl FnMut([f64; 3])) {
+    let [a, b, c] = [0, 1, 2].map(|i| triangle.corners()[i]);
     let reach = |p: [f64; 3], q: [f64; 3]| (0..3).map(|i| (p[i] - q[i]).abs()).fold(0.0, f64::max);
     let steps = (reach(a, b).max(reach(b, c)).max(reach(c, a)) / f64::from(1u32 << shift)).ceil().max(1.0) as u32;
     for i in 0..=steps {
@@ -295,49 +320,35 @@ fn for_each_point(corners: &[[f64; 3]; 3], shift: u32, mut meet: impl FnMut([f64
 }
 
 /// Calls `reach` with each row of voxels that a triangle reaches into, and the first and last voxel there.
-fn for_each_reached(corners: &[[f64; 3]; 3], shift: u32, mut reach: impl FnMut(i32, i32, (i32, i32))) {
+fn for_each_reached(triangle: &Polygon, shift: u32, mut reach: impl FnMut(i32, i32, (i32, i32))) {
     let side = f64::from(1u32 << shift);
-    let range = |polygon: &[[f64; 3]], i: usize| {
-        let low = polygon.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min) - SLACK;
-        let high = polygon.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) + SLACK;
-        ((low / side).floor() as i32, (high / side).floor() as i32)
+    let range = |polygon: &Polygon, i: usize| {
+        let along = || polygon.corners().iter().map(|corner| corner[i]);
+        let (low, high) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        (((low - SLACK) / side).floor() as i32, ((high + SLACK) / side).floor() as i32)
     };
-    let slab = |polygon: &[[f64; 3]], i: usize, index: i32| {
-        let low = f64::from(index) * side - SLACK;
-        let above = clipped(polygon, i, low, 1.0);
-        clipped(&above, i, low + side + 2.0 * SLACK, -1.0)
+    // A polygon within one layer of voxels is not cut.
+    let slab = |polygon: &Polygon, i: usize, index: i32, (first, last): (i32, i32)| match first == last {
+        true => *polygon,
+        false => {
+            let low = f64::from(index) * side - SLACK;
+            polygon.above(i, low, 1.0).above(i, low + side + 2.0 * SLACK, -1.0)
+        }
     };
-    let (first, last) = range(corners, 2);
-    for z in first..=last {
-        let in_plane = slab(corners, 2, z);
-        if in_plane.is_empty() {
+    let planes = range(triangle, 2);
+    for z in planes.0..=planes.1 {
+        let in_plane = slab(triangle, 2, z, planes);
+        if in_plane.corners().is_empty() {
             continue;
         }
-        let (first, last) = range(&in_plane, 1);
-        for y in first..=last {
-            let in_row = slab(&in_plane, 1, y);
-            if !in_row.is_empty() {
+        let rows = range(&in_plane, 1);
+        for y in rows.0..=rows.1 {
+            let in_row = slab(&in_plane, 1, y, rows);
+            if !in_row.corners().is_empty() {
                 reach(y, z, range(&in_row, 0));
             }
         }
     }
-}
-
-/// Clips a convex polygon to `side · (coordinate − bound)` ≥ 0.
-fn clipped(polygon: &[[f64; 3]], i: usize, bound: f64, side: f64) -> Vec<[f64; 3]> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (at, &p) in polygon.iter().enumerate() {
-        let q = polygon[(at + 1) % polygon.len()];
-        let (of_p, of_q) = (side * (p[i] - bound), side * (q[i] - bound));
-        if of_p >= 0.0 {
-            kept.push(p);
-        }
-        if (of_p >= 0.0) != (of_q >= 0.0) {
-            let share = of_p / (of_p - of_q);
-            kept.push(std::array::from_fn(|j| p[j] + share * (q[j] - p[j])));
-        }
-    }
-    kept
 }
 
 impl Interior {

@@ -10,9 +10,8 @@ use crate::cancel::checkpoint;
 use crate::grid::{LatticeBox, LatticeSolid};
 use crate::metrics::nodes::words_between;
 
-/// Most corners of a triangle cut by two planes: five, or six where rounding has made it non-convex, so that each plane adds half
-/// as many again.
-const CORNERS: usize = 6;
+/// A triangle in lattice positions, cut by two planes.
+type Polygon = crate::polygon::Polygon<6>;
 
 /// The surface of a solid, prepared for intersection with the cubes of its raster.
 pub(crate) struct SurfaceCubes<'a> {
@@ -196,47 +195,4 @@ const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 /// Extends an interval to a point.
 fn extended([least, most]: [f64; 2], point: f64) -> [f64; 2] {
     [least.min(point), most.max(point)]
-}
-
-/// A convex polygon, in lattice positions.
-struct Polygon {
-    corners: [[f64; 3]; CORNERS],
-    count: usize,
-}
-
-impl Polygon {
-    fn of(triangle: [[i32; 3]; 3]) -> Polygon {
-        let mut corners = [[0.0; 3]; CORNERS];
-        for (corner, position) in corners.iter_mut().zip(triangle) {
-            *corner = position.map(f64::from);
-        }
-        Polygon { corners, count: 3 }
-    }
-
-    fn corners(&self) -> &[[f64; 3]] {
-        &self.corners[..self.count]
-    }
-
-    /// Clips it to the part above a plane across an axis, or below for a `sign` of −1 (Sutherland and Hodgman 1974).
-    fn above(&self, axis: usize, plane: f64, sign: f64) -> Polygon {
-        let mut kept = Polygon { corners: [[0.0; 3]; CORNERS], count: 0 };
-        let mut keep = |corner: [f64; 3]| {
-            kept.corners[kept.count] = corner;
-            kept.count += 1;
-        };
-        let height = |corner: &[f64; 3]| sign * (corner[axis] - plane);
-        let corners = self.corners();
-        for (at, corner) in corners.iter().enumerate() {
-            let next = &corners[(at + 1) % corners.len()];
-            let (here, there) = (height(corner), height(next));
-            if here >= 0.0 {
-                keep(*corner);
-            }
-            if (here >= 0.0) != (there >= 0.0) {
-                let share = here / (here - there);
-                keep(std::array::from_fn(|i| corner[i] + share * (next[i] - corner[i])));
-            }
-        }
-        kept
-    }
 }

@@ -74,7 +74,8 @@ impl Tree {
             return (Tree::default(), Vec::new());
         }
         let rounded: Vec<Aabb> = boxes.iter().map(rounded).collect();
-        let params = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::medium_build() };
+        // A better hierarchy takes longer to build than it saves.
+        let params = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::fast_build() };
         let hierarchy = build_bvh2(&rounded, params, &mut Duration::default());
         let (mut nodes, order) = copied(&hierarchy);
         // Nodes come before those below them.
