@@ -1,7 +1,7 @@
 //! The choice of the device that samples: the requested one, or the one that `auto` chooses, with the reason.
 
-use std::cell::OnceCell;
 use std::fmt;
+use std::sync::OnceLock;
 
 use super::device::Gpu;
 use super::gpu;
@@ -21,7 +21,7 @@ use crate::{Error, Warning};
 /// which each CPU thread processes up to 15 million crossings of 20 ns.
 pub const LARGE_WORK: f64 = 15e6;
 
-/// The samplers of one run. It opens a device once for all images.
+/// The samplers of one run, which threads may share. It opens a device once for all images.
 pub struct Backends {
     cpu: CpuSampler,
     request: Request,
@@ -32,7 +32,7 @@ enum Request {
     Cpu,
     Gpu(Gpu),
     /// The result of the search for a GPU, which takes time and starts at the first large work.
-    Auto(OnceCell<Found>),
+    Auto(OnceLock<Found>),
 }
 
 /// The result of the search for a GPU.
@@ -51,7 +51,7 @@ impl Backends {
     /// Opens the requested device. `auto` opens none yet.
     pub fn open(backend: &Backend) -> Result<Backends, Error> {
         let request = match backend {
-            Backend::Auto => Request::Auto(OnceCell::new()),
+            Backend::Auto => Request::Auto(OnceLock::new()),
             Backend::Cpu => Request::Cpu,
             Backend::Gpu(name) => Request::Gpu(gpu::open(name.as_deref())?),
         };
@@ -94,7 +94,7 @@ fn find_gpu() -> Found {
     match gpu::automatic() {
         Err(reason) => Found::Nothing(reason),
         Ok(automatic) => match automatic.open() {
-            Ok(gpu) => Found::Gpu { gpu: WithCpu { gpu, fault: OnceCell::new() }, reason: automatic.reason },
+            Ok(gpu) => Found::Gpu { gpu: WithCpu { gpu, fault: OnceLock::new() }, reason: automatic.reason },
             Err(fault) => Found::Broken(fault),
         },
     }
@@ -201,14 +201,15 @@ impl Auto {
 /// A GPU that `auto` chose. When it fails, the CPU makes this image and all later ones, with the same bits.
 pub struct WithCpu {
     gpu: Gpu,
-    fault: OnceCell<DeviceError>,
+    fault: OnceLock<DeviceError>,
 }
 
 impl WithCpu {
     fn run<T>(&self, operation: impl Fn(&dyn MaskIntersection) -> Result<T, SampleError>) -> Result<T, SampleError> {
         if self.fault.get().is_none() {
             match operation(self.gpu.sampler.as_ref()) {
-                Err(SampleError::Device(fault)) => self.fault.set(fault).expect("no fault is recorded yet"),
+                // Another thread may have recorded its own meanwhile.
+                Err(SampleError::Device(fault)) => drop(self.fault.set(fault)),
                 result => return result,
             }
         }
@@ -308,8 +309,8 @@ impl MaskIntersection for WithCpu {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::Cell;
-    use std::rc::Rc;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU32, Ordering};
 
     use crate::grid::Grid;
     use crate::mesh::ClosedMesh;
@@ -320,15 +321,15 @@ mod tests {
 
     /// A sampler that makes some images, and then loses its device.
     struct Faltering {
-        left: Rc<Cell<u32>>,
+        left: Arc<AtomicU32>,
     }
 
     impl Faltering {
         fn image(&self, image: Result<Ldi, SampleError>) -> Result<Ldi, SampleError> {
-            let Some(left) = self.left.get().checked_sub(1) else {
+            let Some(left) = self.left.load(Ordering::Relaxed).checked_sub(1) else {
                 return Err(DeviceError::Lost { adapter: "A card".to_owned(), reason: "pulled out".to_owned() }.into());
             };
-            self.left.set(left);
+            self.left.store(left, Ordering::Relaxed);
             image
         }
     }
@@ -360,16 +361,16 @@ mod tests {
         let closed = ClosedMesh::check(solids::cuboid(DVec3::ZERO, DVec3::ONE).unwrap()).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), 8, 1024).unwrap();
         let solid = grid.quantise(&closed).unwrap();
-        let left = Rc::new(Cell::new(1));
-        let gpu = Gpu { name: "A card".to_owned(), sampler: Box::new(Faltering { left: Rc::clone(&left) }) };
-        let gpu = WithCpu { gpu, fault: OnceCell::new() };
+        let left = Arc::new(AtomicU32::new(1));
+        let gpu = Gpu { name: "A card".to_owned(), sampler: Box::new(Faltering { left: Arc::clone(&left) }) };
+        let gpu = WithCpu { gpu, fault: OnceLock::new() };
         let choice = Choice::AutoGpu { gpu: &gpu, reason: "it is there" };
         let image = || choice.sampler().sample(&solid, Axis::Z, Mode::Exact, FillRule::EvenOdd).unwrap();
         let first = image();
         assert_eq!(choice.ran().to_string(), "gpu, A card (auto: it is there)");
         assert!(image() == first && image() == first);
         let ran = choice.ran();
-        assert_eq!((ran.backend(), left.get()), ("cpu", 0));
+        assert_eq!((ran.backend(), left.load(Ordering::Relaxed)), ("cpu", 0));
         let warning = ran.auto.and_then(|auto| auto.warning).unwrap();
         assert!(warning.message.contains("A card was lost: pulled out"), "{}", warning.message);
         assert!(warning.message.contains("continued on the CPU"), "{}", warning.message);

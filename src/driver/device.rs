@@ -6,8 +6,8 @@ use crate::sampler::MaskIntersection;
 pub struct Gpu {
     /// The name in results.
     pub name: String,
-    /// The sampler of its device.
-    pub sampler: Box<dyn MaskIntersection>,
+    /// The sampler of its device, which threads may share.
+    pub sampler: Box<dyn MaskIntersection + Send + Sync>,
 }
 
 /// An adapter, as its driver describes it. Sizes are in bytes.

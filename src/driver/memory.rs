@@ -177,6 +177,7 @@ pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
 /// Returns a number of bytes for people: in MB, or in GB from 10 GB on.
 pub fn size(bytes: f64) -> String {
     match bytes {
+        0.5..1.5 => "1 byte".to_owned(),
         ..1e5 => format!("{} bytes", number(bytes.round())),
         ..1e10 => format!("{} MB", number((bytes / 1e5).round() / 10.0)),
         _ => format!("{} GB", number((bytes / 1e8).round() / 10.0)),

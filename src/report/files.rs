@@ -38,7 +38,7 @@ use crate::{Error, ErrorKind, Monitor, Warning};
 pub struct Reported {
     /// The reports, in the order of the inputs.
     pub reports: Vec<ScaffoldReport>,
-    /// The pages, the one to open first in front.
+    /// The pages, the one to open first in front; none without a folder.
     pub pages: Vec<PathBuf>,
     /// The solids that could not be measured, if there were several.
     pub failures: Vec<Unmeasured>,
@@ -55,8 +55,8 @@ impl Reported {
     }
 }
 
-/// Measures solids one after another and writes the files of each as soon as it is measured, then those over all of them.
-/// `on_report` takes each report before it is written.
+/// Measures solids one after another and, where the job has a folder, writes the files of each as soon as it is measured, then
+/// those over all of them. `on_report` takes each report before it is written.
 ///
 /// # Errors
 /// If limits cannot be read, files cannot be written, or no solid can be measured. If only some of several solids cannot be
@@ -90,8 +90,10 @@ pub fn report_files(
             report.verdict = Some(limits.judge(&report.metrics, report.unit).map_err(Error::input)?);
         }
         on_report(&report);
-        progress.stage(format!("{}: writing", input.path.display()))?;
-        write_report(&report, &job.folder.join(&place))?;
+        if let Some(folder) = &job.folder {
+            progress.stage(format!("{}: writing", input.path.display()))?;
+            write_report(&report, &folder.join(&place))?;
+        }
         progress.step()?;
         reports.push(report);
         places.push(place);
@@ -101,19 +103,34 @@ pub fn report_files(
         return Err(if kind == ErrorKind::Machine { Error::machine(message) } else { Error::input(message) });
     }
     tell_apart(&mut reports);
-    let mut pages: Vec<PathBuf> = places.iter().map(|place| job.folder.join(place).join("report.html")).collect();
-    if let Some((name, text)) = overview(job, &places, &reports, &failures) {
-        let path = job.folder.join(name);
+    let pages = match &job.folder {
+        Some(folder) => write_overview(job, folder, &places, &reports, &failures)?,
+        None => Vec::new(),
+    };
+    Ok(Reported { reports, pages, failures, failed, worst })
+}
+
+/// Writes the files over all solids, and returns all pages.
+fn write_overview(
+    job: &ReportJob,
+    folder: &Path,
+    places: &[PathBuf],
+    reports: &[ScaffoldReport],
+    failures: &[Unmeasured],
+) -> Result<Vec<PathBuf>, Error> {
+    let mut pages: Vec<PathBuf> = places.iter().map(|place| folder.join(place).join("report.html")).collect();
+    if let Some((name, text)) = overview(job, places, reports, failures) {
+        let path = folder.join(name);
         output::replace(&path, |file| file.write_all(text.as_bytes()))?;
         pages.insert(0, path);
     }
     if job.solids.len() > 1 {
         let all = reports.iter().collect::<Vec<_>>();
-        for (name, table) in [("metrics.csv", write::csv(&all)), ("designs.csv", write::designs(&all, &failures))] {
-            output::replace(&job.folder.join(name), |file| file.write_all(table.as_bytes()))?;
+        for (name, table) in [("metrics.csv", write::csv(&all)), ("designs.csv", write::designs(&all, failures))] {
+            output::replace(&folder.join(name), |file| file.write_all(table.as_bytes()))?;
         }
     }
-    Ok(Reported { reports, pages, failures, failed, worst })
+    Ok(pages)
 }
 
 /// The steps of a solid beside those of [`report_on`].
@@ -209,8 +226,9 @@ const FILES: [&str; 4] = ["metrics.json", "metrics.csv", "methods.txt", "report.
 
 /// Returns all files that a job may write.
 pub fn files(job: &ReportJob) -> Vec<PathBuf> {
-    let each = places(job).into_iter().flat_map(|place| FILES.map(|name| job.folder.join(&place).join(name)));
-    let over_all = ["index.html", "compare.html", "metrics.csv", "designs.csv"].map(|name| job.folder.join(name));
+    let Some(folder) = &job.folder else { return Vec::new() };
+    let each = places(job).into_iter().flat_map(|place| FILES.map(|name| folder.join(&place).join(name)));
+    let over_all = ["index.html", "compare.html", "metrics.csv", "designs.csv"].map(|name| folder.join(name));
     let mut files: Vec<PathBuf> = each.chain(over_all).collect();
     files.sort();
     files.dedup();

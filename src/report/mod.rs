@@ -32,7 +32,7 @@ use crate::mesh::LengthUnit;
 use crate::metrics::BoundaryCondition;
 use crate::sampler::FillRule;
 
-/// Reports of several solids, written to a folder.
+/// Reports of several solids.
 #[derive(Clone, Debug)]
 pub struct ReportJob {
     /// The solids.
@@ -43,8 +43,8 @@ pub struct ReportJob {
     pub compare: Option<Input>,
     /// A file of limits that the metrics are checked against.
     pub limits: Option<PathBuf>,
-    /// The folder of all files.
-    pub folder: PathBuf,
+    /// The folder of all files; none are written without it.
+    pub folder: Option<PathBuf>,
     /// The unit of files that state none.
     pub unit: Option<LengthUnit>,
     /// The treatment of meshes that are not closed.

@@ -246,10 +246,45 @@ fn pages_name_the_part_that_lies_in_another_and_say_that_none_are_near() {
 }
 
 #[test]
-fn quiet_and_verbose_text() {
+fn verbose_text_has_the_pairs_that_break_no_rule() {
     let folder = with_parts();
-    let run = folder.run(&["clash", "a.stl", "b.stl", "-q", "--unit", "mm"]).code(1);
-    assert_eq!(run.stdout(), "clash       1 finding\n");
-    let run = folder.run(&["clash", "a.stl", "near.stl", "-v", "--clearance", "0.1", "--touching", "0.26"]).code(1);
-    assert!(run.stdout().contains("touching, 0.25 apart") && run.stdout().contains("time "), "{}", run.stdout());
+    let near = ["clash", "a.stl", "near.stl", "-v", "--touching", "0.26", "--allow-touching"];
+    let run = folder.run(&near).code(0);
+    assert!(run.stderr().contains("touching, 0.25 apart") && run.stderr().contains("time "), "{}", run.stderr());
+    assert!(!run.stdout().contains("apart"), "{}", run.stdout());
+}
+
+#[test]
+fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
+    let folder = Folder::new();
+    // A corner that is pulled through the face below makes the shell cross itself.
+    let pulled = |corner: [f64; 3]| if corner == [2.0; 3] { [1.0, 1.0, -0.5] } else { corner };
+    let crossed: Vec<[[f64; 3]; 3]> = cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect();
+    folder.stl("crossed.stl", &crossed);
+    folder.stl("b.stl", &cuboid([-1.0, -1.0, -0.25], [1.2, 1.2, 1.1]));
+    let files = ["crossed.stl", "b.stl", "--unit", "mm"];
+    let intersect = ["intersect", "--estimate", "--resolution", "600"];
+    let known = folder.json(&[&intersect[..], &files].concat())["volume"]["value"].as_f64().unwrap();
+    let volume = |flags: &[&str]| {
+        let run = folder.run(&[&["clash", "--json", "-"], &files[..], flags].concat()).code(1);
+        let volume = run.json()["pairs"][0]["overlap"]["volume"].clone();
+        assert_eq!(volume["method"], "estimate", "{volume}");
+        volume
+    };
+    let plain = volume(&[]);
+    let [lower, value, upper] = ["lower", "value", "upper"].map(|key| plain[key].as_f64().unwrap());
+    assert!(lower <= known + 1e-3 && known <= upper + 1e-3, "{known} in {plain}");
+    assert_near(value, known, 0.05 * known);
+    assert_eq!(volume(&["--resolution", "128"]), plain);
+    assert_ne!(volume(&["--resolution", "40"]), plain);
+    assert_eq!(volume(&["--backend", "cpu"]), plain);
+    let clash = |flags: &[&str]| folder.run(&[&["clash"], &files[..], flags].concat());
+    clash(&["--backend", "cpu", "--adapter", "card"]).code(2).says(&["--adapter card", "--backend cpu"]);
+    clash(&["--adapter", "no such card"]).code(3).says(&[]);
+    // No ray meets a thin rod, which certainly overlaps.
+    folder.stl("rod.stl", &cuboid([0.9, 0.9, -50.0], [0.91, 0.91, 50.0]));
+    let run = folder.run(&["clash", "crossed.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
+    let pair = &run.json()["pairs"][0];
+    assert_eq!((&pair["finding"], &pair["overlap"]["certain"]), (&"overlap".into(), &true.into()), "{pair}");
+    assert_eq!(pair["overlap"]["volume"]["value"], 0.0);
 }

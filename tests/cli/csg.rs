@@ -89,9 +89,10 @@ fn json_and_text_state_the_expression_and_the_names() {
     assert_eq!(names, ["größe", "b", "knochen"]);
     assert_eq!(result["inputs"][0]["path"], "c.stl");
     assert_near(result["volume"]["value"].as_f64().unwrap(), 5.0, 1e-6);
-    let text = folder.run(&[&arguments[..], &["-v"]].concat()).code(0).stdout();
-    for words in ["csg ", "expression  knochen & (b | größe)\n", "größe = c.stl: 12 triangles", "knochen = a.stl"] {
-        assert!(text.contains(words), "no `{words}` in:\n{text}");
+    let run = folder.run(&[&arguments[..], &["-v"]].concat()).code(0);
+    assert!(run.stderr().contains("expression  knochen & (b | größe)\n"), "{}", run.stderr());
+    for words in ["csg ", "größe = c.stl: 12 triangles", "knochen = a.stl"] {
+        assert!(run.stdout().contains(words), "no `{words}` in:\n{}", run.stdout());
     }
     // The commands have no names from the user to repeat.
     let result = folder.json(&["union", "a.stl", "b.stl", "--resolution", "30"]);

@@ -36,8 +36,8 @@ fn json_states_autos_choice_only_where_auto_chose() {
     assert_eq!((&asked["backend"], &asked["device"]), (&"cpu".into(), &small["device"]));
     assert!(asked["auto"].is_null());
     let arguments = ["volume", "a.stl", "--estimate", "--resolution", "8", "--backend", "cpu", "--threads", "2", "-v"];
-    let text = folder.run(&arguments).stdout();
-    assert!(text.contains("\nbackend     cpu, 2 threads\n"), "{text}");
+    let text = folder.run(&arguments).stderr();
+    assert!(text.contains("\nldi-ops: backend     cpu, 2 threads\n"), "{text}");
 }
 
 #[test]

@@ -263,7 +263,7 @@ fn machines_without_a_driver_refuse_a_gpu_and_nothing_else() {
         let run = without_drivers(&folder, &[&large[..], &["--backend", backend]].concat()).code(0);
         assert_eq!(run.stderr(), "");
         let run = without_drivers(&folder, &[&large[..], &["--backend", backend, "-v"]].concat()).code(0);
-        assert_eq!(run.stdout().contains("(auto: no GPU was found)"), backend == "auto", "{}", run.stdout());
+        assert_eq!(run.stderr().contains("(auto: no GPU was found)"), backend == "auto", "{}", run.stderr());
     }
     let run = without_drivers(&folder, &["devices"]).code(0);
     assert_eq!(run.stderr(), "");

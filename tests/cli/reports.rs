@@ -372,6 +372,25 @@ fn roi_wrap_measures_a_solid_within_what_a_ball_cannot_enter() {
 }
 
 #[test]
+fn reports_without_a_folder_write_no_files() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &hollow(3.0, 1.0));
+    folder.stl("b.stl", &hollow(3.0, 2.0));
+    let sheet = report(&folder, &["a.stl", "--resolution", "12"]);
+    let before = fs::read_dir(folder.path("")).unwrap().count();
+    let mut alone = folder.json(&["report", "--unit", "mm", "a.stl", "--resolution", "12"]);
+    assert_eq!(alone["metrics"], sheet["metrics"]);
+    assert_eq!(alone["alerts"].take(), sheet["alerts"]);
+    for flags in [&["a.stl"][..], &["a.stl", "b.stl"], &["a.stl", "--compare", "b.stl"]] {
+        let run = folder.run(&[&["report", "--unit", "mm", "--resolution", "12"], flags].concat()).code(0);
+        let text = run.stdout();
+        assert!(text.contains("Porosity") && !text.contains("written"), "{text}");
+        assert_eq!(text.matches("report      ").count(), flags.iter().filter(|word| word.ends_with("stl")).count());
+    }
+    assert_eq!(fs::read_dir(folder.path("")).unwrap().count(), before);
+}
+
+#[test]
 fn reports_state_the_area_of_the_mesh_and_of_the_pores() {
     let folder = Folder::new();
     folder.stl("a.stl", &hollow(3.0, 1.0));

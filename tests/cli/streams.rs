@@ -17,6 +17,7 @@ fn stdout_carries_the_result_alone() {
     let run = folder.run(&["volume", "a.stl", "--resolution", "16", "-v"]).code(0);
     assert!(run.stdout().starts_with("volume      8 (exact)\n"), "{}", run.stdout());
     assert!(!run.stdout().contains("warning") && run.stderr().contains("ldi-ops: warning: "));
+    assert!(!run.stdout().contains("time ") && run.stderr().contains("ldi-ops: time "), "{}", run.stderr());
     assert!(run.stderr().contains("ldi-ops: exact volume, in "), "{}", run.stderr());
     // Without a terminal the program shows no progress bar, however long it runs.
     assert!(run.stderr().lines().all(|line| line.starts_with("ldi-ops: ")), "{}", run.stderr());
@@ -29,18 +30,42 @@ fn stdout_carries_the_result_alone() {
 }
 
 #[test]
-fn verbose_text_states_inputs_grid_and_backend() {
+fn verbose_text_on_stderr_states_grid_and_backend() {
     let folder = with_cube();
-    let text =
-        folder.run(&["volume", "a.stl", "--estimate", "--resolution", "16", "--unit", "mm", "-v"]).code(0).stdout();
-    let labels = labels(&text);
-    for label in ["volume", "area", "centroid", "inertia", "input", "grid", "image", "backend", "layers", "time"] {
-        assert!(labels.contains(&label), "no {label} in\n{text}");
-    }
-    for words in
-        ["mm³", "a.stl: 12 triangles, closed, oriented, mesh volume 8 mm³", "16 × 16 × 16 rays", "threads (auto: "]
-    {
+    let volume = ["volume", "a.stl", "--estimate", "--resolution", "16", "--unit", "mm", "-v"];
+    let text = folder.run(&volume).code(0).stderr();
+    for words in ["grid ", "image ", "backend ", "layers ", "time ", "16 × 16 × 16 rays", "threads (auto: "] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+    // Where there are several results, each has the name of its solid.
+    folder.stl("b.stl", &cube(0.0, 3.0));
+    let several = folder.run(&["volume", "a.stl", "b.stl", "-v"]).code(0).stderr();
+    for name in ["ldi-ops: a.stl\n", "ldi-ops: b.stl\n"] {
+        assert!(several.contains(name), "{several}");
+    }
+}
+
+#[test]
+fn stdout_is_the_same_at_every_verbosity() {
+    let folder = Folder::with_two_cubes();
+    folder.run(&["sample", "a.stl", "--resolution", "16", "--unit", "mm", "-o", "a.npz"]).code(0);
+    for (command, code) in [
+        ("volume a.stl b.stl", 0),
+        ("intersect a.stl b.stl --bounds --assert-below 1 -o c.stl", 1),
+        ("offset a.stl --distance 0.1 --resolution 16", 0),
+        ("check a.stl", 0),
+        ("surface a.npz -o d.stl", 0),
+        ("generate sphere -o e.stl", 0),
+        ("render a.stl --size 64x48 -o a.png", 0),
+        ("clash a.stl b.stl", 1),
+    ] {
+        let words: Vec<&str> = command.split(' ').collect();
+        let run = |flags: &[&str]| folder.run(&[&words[..], flags].concat()).code(code);
+        let plain = run(&[]);
+        for flag in ["--quiet", "--verbose"] {
+            assert_eq!(run(&[flag]).stdout(), plain.stdout(), "{command} {flag}");
+        }
+        assert!(!plain.stdout().is_empty());
     }
 }
 
@@ -66,16 +91,6 @@ fn default_text_is_the_value_the_inputs_and_the_file() {
     let text = run(&["volume", "a.stl"]);
     assert_eq!(labels(&text), ["volume", "area", "centroid", "inertia", "(0,", "(0,", "input"], "{text}");
     assert_eq!(labels(&run(&["offset", "a.stl", "--distance", "0.1"])), ["offset", "input"]);
-    for arguments in [&["intersect", "a.stl", "b.stl", "-q"][..], &["volume", "a.stl", "-q"]] {
-        assert_eq!(labels(&run(arguments)), [arguments[0]]);
-    }
-    // Where there are several values, each line names its solid.
-    let text = run(&["volume", "a.stl", "b.stl", "-q"]);
-    let lines: Vec<&str> = text.lines().collect();
-    assert!(
-        lines.len() == 2 && lines[0].ends_with(" mm³ (exact)  a.stl") && lines[1].ends_with(" mm³ (exact)  b.stl"),
-        "{text}"
-    );
     folder.stl("open.stl", &cube(0.0, 2.0)[1..]);
     let open = ["volume", "open.stl", "--allow-open", "--resolution", "16"];
     assert!(folder.run(&open).code(0).stdout().contains("open.stl: 11 triangles, not closed, not oriented, mesh"));
@@ -87,14 +102,13 @@ fn surface_and_render_print_a_few_lines() {
     folder.run(&["sample", "a.stl", "--resolution", "16", "--unit", "mm", "-o", "a.npz"]).code(0);
     let run = |arguments: &[&str]| folder.run(arguments).code(0).stdout();
     assert_eq!(labels(&run(&["surface", "a.npz", "-o", "b.stl"])), ["mesh", "written"]);
-    assert_eq!(run(&["surface", "a.npz", "-o", "b.stl", "-q"]), "written     b.stl\n");
-    assert_eq!(labels(&run(&["surface", "a.npz", "-o", "b.stl", "-v"]))[0], "images");
     let render = ["render", "a.stl", "--unit", "mm", "--size", "64x48", "-o", "a.png"];
     assert_eq!(labels(&run(&render)), ["render", "input"]);
-    assert_eq!(labels(&run(&[&render[..], &["-q"]].concat())), ["render"]);
-    assert!(labels(&run(&[&render[..], &["-v"]].concat())).contains(&"backend"));
+    for (command, words) in [(&["surface", "a.npz", "-o", "b.stl"][..], "images "), (&render[..], "backend ")] {
+        let details = folder.run(&[command, &["-v"]].concat()).code(0).stderr();
+        assert!(details.contains(&format!("ldi-ops: {words}")), "{details}");
+    }
     assert_eq!(labels(&run(&["generate", "sphere", "-o", "c.stl"])), ["sphere", "box", "volume", "area"]);
-    assert_eq!(labels(&run(&["generate", "sphere", "-o", "c.stl", "-q"])), ["sphere"]);
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn a_cube_keeps_its_corners_and_loses_its_triangles() {
     assert_near(checked(&folder, "small.ply")["volume"].as_f64().unwrap(), 8.0, 1e-6);
     let run = folder.run(&[&arguments[..], &["-v"]].concat()).code(0);
     let words = "12 triangles, 8 vertices, 1 components, genus 0; from images, simplified from 4800 within";
-    assert!(run.stdout().contains(words), "{}", run.stdout());
+    assert!(run.stderr().contains(words), "{}", run.stderr());
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn booleans_are_written_exactly_wherever_they_can_be() {
     assert!(found["solid"] == true && found["defects"] == Value::Array(vec![]), "{found:#}");
     assert_eq!((found["volume"].as_f64(), &found["triangles"]), (Some(15.0), &surface["triangles"]));
     assert!(found["triangles"].as_u64().unwrap() < 60);
-    let text = folder.run(&[&union[..], &["-v", "-o", "u.ply"]].concat()).code(0).stdout();
+    let text = folder.run(&[&union[..], &["-v", "-o", "u.ply"]].concat()).code(0).stderr();
     assert!(text.contains("genus 0; exact") && text.contains("2-manifold around 15 mm"), "{text}");
     let far = ["--recentre", "--transform-a", "translate(5e4,0,0)", "-o", "far.stl"];
     let surface = &folder.json(&[&union[..], &far].concat())["surface"];
@@ -263,7 +263,7 @@ fn small_parts_are_counted_and_dropped_with_drop_parts() {
     assert_near(dropped["surface"]["dropped_parts"]["volume"].as_f64().unwrap(), 0.008, 1e-4);
     assert_near(checked(&folder, "large.ply")["volume"].as_f64().unwrap(), 8.0, 1e-3);
     let run = folder.run(&[&dropping[..], &["-v"]].concat()).code(0);
-    assert!(run.stdout().contains("1 small parts dropped"), "{}", run.stdout());
+    assert!(run.stderr().contains("1 small parts dropped"), "{}", run.stderr());
     folder.run(&["sample", "a.stl", "--drop-parts", "1%", "-o", "a.npz"]).code(2).says(&["--drop-parts", "meshes"]);
     folder.run(&["intersect", "a.stl", "a.stl", "--drop-parts", "1%"]).code(2).says(&["--drop-parts", "-o FILE"]);
 }
@@ -331,7 +331,7 @@ fn far_meshes_are_refused_by_formats_that_would_round_them() {
         assert_near(least_x(&found), place - 1.0, 1e-3);
     }
     let run = folder.run(&[&sample("near.stl")[..], &["--recentre", "-v"]].concat()).code(0);
-    assert!(run.stdout().contains("recentred by (1000000, 0, 0) m"), "{}", run.stdout());
+    assert!(run.stderr().contains("recentred by (1000000, 0, 0) m"), "{}", run.stderr());
 }
 
 #[test]

@@ -70,6 +70,16 @@ fn a_sweep_is_a_table_a_page_and_a_row_for_each_design() {
 }
 
 #[test]
+fn a_sweep_without_a_folder_has_one_named_after_its_plan() {
+    let folder = planned();
+    let run = folder.run(&["sweep", "plan.toml"]).code(0);
+    assert!(run.stdout().contains("plan-sweep/index.html") && run.stdout().contains("plan-sweep/sweep.csv"));
+    assert_eq!(rows(&folder.path("plan-sweep")).len(), 6);
+    // A second run finds the rows.
+    assert_eq!(folder.json(&["sweep", "plan.toml"])["measured"], 0);
+}
+
+#[test]
 fn parts_in_one_folder_give_the_files_of_a_whole_run() {
     let folder = planned();
     folder.run(&["sweep", "plan.toml", "-o", "whole", "--threads", "1"]).code(0);

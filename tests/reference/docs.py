@@ -170,7 +170,7 @@ def stripped(lines: list[str]) -> list[str]:
 
 def masked(line: str) -> str:
     """Returns a line with its times and memory replaced."""
-    pattern = NUMBERS if line.startswith(("time ", "memory ")) else TIMES
+    pattern = NUMBERS if line.removeprefix("ldi-ops: ").startswith(("time ", "memory ")) else TIMES
     return pattern.sub(MASK, line)
 
 
@@ -267,7 +267,7 @@ $ ldi-ops generate cuboid -o block.stl
 $ cargo run --release -- generate sphere \\
     --radius 4 -o ball.stl
 $ ldi-ops intersect block.stl ball.stl --unit mm --estimate --resolution 64 -v
-backend     …
+ldi-ops: backend     …
 $ ldi-ops check missing.stl; echo "exit code $?"
 ```
 """

@@ -537,7 +537,7 @@ pub struct FillArguments {
 
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sampling")]
-pub struct DeviceArguments {
+pub struct BackendArguments {
     /// Device (see `ldi-ops devices`), with the same bits on each: auto chooses by the amount of work, and the CPU for sums and
     /// offsets; gpu uses the first GPU or fails
     #[arg(long, value_enum, default_value_t = BackendChoice::Auto)]
@@ -545,6 +545,13 @@ pub struct DeviceArguments {
     /// GPU to use, by its name or a part of it; implies --backend gpu
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Sampling")]
+pub struct DeviceArguments {
+    #[command(flatten)]
+    pub backend: BackendArguments,
     /// Memory limit: 800M, 2G or 1.5GiB. A job whose estimate exceeds it is refused before sampling, with a resolution that fits
     /// [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]
@@ -598,10 +605,10 @@ pub struct CommonArguments {
     /// Number of threads, at most 1024 [default: one per processor]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<NonZeroUsize>,
-    /// Print the value alone, and no progress; warnings and errors remain
+    /// Show no progress and no notes on stderr; warnings and errors remain
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
-    /// Print more detail: raster, backend, mesh, time and memory; automatic choices go to stderr
+    /// Print more detail on stderr: stages, raster, backend, mesh, time and memory; stdout stays the same
     #[arg(short, long)]
     pub verbose: bool,
 }

@@ -26,7 +26,7 @@ use ldi_ops::{Error, Warning};
 use serde_json::{Value, json};
 
 use crate::exit::Exit;
-use crate::resolve::{Report, Verbosity};
+use crate::resolve::Report;
 use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Refused, Surfaced};
 use crate::{output, report};
 
@@ -51,15 +51,15 @@ fn of(outcome: &Outcome) -> Value {
 }
 
 /// Writes a result to the requested place; returns the text for stdout.
-pub fn deliver(report: &Report, outcome: &Outcome, verbosity: Verbosity) -> Result<String, Error> {
+pub fn deliver(report: &Report, outcome: &Outcome) -> Result<String, Error> {
     let serialised = || format!("{:#}\n", of(outcome));
     match report {
-        Report::Text => Ok(report::of(outcome, verbosity)),
+        Report::Text => Ok(report::of(outcome)),
         Report::Json => Ok(serialised()),
         Report::TextAndJson(path) => {
             let json = serialised();
             output::replace(path, |file| file.write_all(json.as_bytes()))?;
-            Ok(report::of(outcome, verbosity))
+            Ok(report::of(outcome))
         }
     }
 }

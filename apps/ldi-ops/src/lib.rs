@@ -1,7 +1,7 @@
 //! The command line of ldi-ops as a function, [`run`]: arguments as typed (`args`) → jobs (`resolve`) → results (`run`) → text and JSON
 //! (`report`, `json`).
 //!
-//! stdout carries only the result; progress, warnings and errors go to stderr.
+//! stdout carries only the result, the same at every verbosity; progress, details, warnings and errors go to stderr.
 
 mod allocator;
 mod args;
@@ -27,7 +27,7 @@ use rayon::ThreadPool;
 
 use crate::args::Arguments;
 use crate::exit::Exit;
-use crate::resolve::resolve;
+use crate::resolve::{Verbosity, resolve};
 use crate::run::Outcome;
 use crate::words::Words;
 
@@ -70,7 +70,10 @@ fn exit(all: &[OsString]) -> Exit {
     let result = pool(invocation.threads).and_then(|pool| {
         pool.install(|| {
             let finished = run::run(invocation, start)?;
-            say(&json::deliver(&finished.report, &finished.outcome, verbosity)?)?;
+            say(&json::deliver(&finished.report, &finished.outcome)?)?;
+            if verbosity == Verbosity::Verbose {
+                report::details(&finished.outcome).lines().filter(|line| !line.is_empty()).for_each(comment);
+            }
             Ok(finished)
         })
     });
@@ -127,7 +130,12 @@ fn say(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes an error to stderr; a failure to write is ignored.
+/// Writes an error to stderr.
 fn complain(message: &str) {
-    let _ = writeln!(io::stderr(), "ldi-ops: error: {message}");
+    comment(&format!("error: {message}"));
+}
+
+/// Writes a line to stderr; a failure to write is ignored.
+fn comment(line: &str) {
+    let _ = writeln!(io::stderr(), "ldi-ops: {line}");
 }

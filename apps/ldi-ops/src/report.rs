@@ -1,4 +1,4 @@
-//! Text output of results.
+//! Text output of results: what stdout carries, and the details that `-v` adds on stderr.
 
 mod clash;
 
@@ -25,24 +25,52 @@ use ldi_ops::surface::Apart;
 use ldi_ops::unit;
 use ldi_ops::{rounded_outwards, with_error};
 
-use crate::resolve::Verbosity;
 use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced, is_pinned};
 
-/// Returns the text of a result: only its value if quiet, with details if verbose.
-pub fn of(outcome: &Outcome, verbosity: Verbosity) -> String {
+/// Returns the text of a result.
+pub fn of(outcome: &Outcome) -> String {
     match outcome {
-        Outcome::Measured(results) => measured(results, verbosity),
-        Outcome::Surfaced(result) => surfaced(result, verbosity),
-        Outcome::Checked(results) => checked(results, verbosity),
+        Outcome::Measured(results) => each(results, measured),
+        Outcome::Surfaced(result) => surfaced(result),
+        Outcome::Checked(results) => checked(results),
         Outcome::Converted(result) => converted(result),
-        Outcome::Generated(result) => generated(result, verbosity),
+        Outcome::Generated(result) => generated(result),
         Outcome::Devices(result) => devices(result),
-        Outcome::Rendered(result) => rendered(result, verbosity),
+        Outcome::Rendered(result) => rendered(result),
         Outcome::Reported(result) => reported(result),
         Outcome::Swept(result) => swept(result),
-        Outcome::Compared(result) => clash::of(result, verbosity),
+        Outcome::Compared(result) => clash::of(result),
         Outcome::Text(text) => text.clone(),
     }
+}
+
+/// Returns the details of a result, such as raster, backend, time and memory; of some results there are none.
+pub fn details(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Measured(results) => {
+            let of = |result: &Measured| match results.len() {
+                1 => measured_details(result),
+                // Several results need the names of their solids.
+                _ => format!("{}\n{}", result.solids[0].name(), measured_details(result)),
+            };
+            each(results, of)
+        }
+        Outcome::Surfaced(result) => surfaced_details(result),
+        Outcome::Rendered(result) => rendered_details(result),
+        Outcome::Reported(result) => reported_details(result),
+        Outcome::Compared(result) => clash::details(result),
+        Outcome::Checked(_)
+        | Outcome::Converted(_)
+        | Outcome::Generated(_)
+        | Outcome::Devices(_)
+        | Outcome::Swept(_)
+        | Outcome::Text(_) => String::new(),
+    }
+}
+
+/// Returns the texts of results, with a blank line between them.
+fn each(results: &[Each<Measured>], text: impl Fn(&Measured) -> String) -> String {
+    results.iter().flatten().map(text).collect::<Vec<_>>().join("\n")
 }
 
 /// A table of lines, each with a label.
@@ -84,7 +112,9 @@ fn reported(result: &Reported) -> String {
     for (i, page) in result.pages.iter().enumerate() {
         table.line(if i == 0 { "written" } else { "" }, page.display());
     }
-    tables.push(table.text);
+    if !result.pages.is_empty() {
+        tables.push(table.text);
+    }
     tables.join("\n")
 }
 
@@ -153,13 +183,23 @@ fn one_reported(report: &ScaffoldReport) -> String {
             table.line("limit", said.replace(" ,", ",").trim_end());
         }
     }
-    let seconds = &report.provenance.seconds;
-    let total = seconds.iter().find(|(stage, _)| *stage == "total").map_or(0.0, |(_, seconds)| *seconds);
     let [x, y, z] = report.provenance.rays;
     let pitch = format!("{}{}", number(report.provenance.pitch), unit::suffix(report.unit, 1));
     table.line("grid", format_args!("{x} × {y} × {z} rays, pitch {pitch}, edges {}", report.provenance.edges));
-    let memory = peak_memory_bytes().map(|bytes| format!(", {} MB at most", bytes / 1_000_000)).unwrap_or_default();
-    table.line("time", format_args!("{total:.2} s{memory}"));
+    table.text
+}
+
+/// Returns the details of `report`: the time of each solid.
+fn reported_details(result: &Reported) -> String {
+    let mut table = Table::default();
+    for report in &result.reports {
+        let total = report.provenance.seconds.iter().find(|(stage, _)| *stage == "total");
+        let seconds = total.map_or(0.0, |(_, seconds)| *seconds);
+        table.line("time", format_args!("{}: {seconds:.2} s", report.title));
+    }
+    if let Some(bytes) = peak_memory_bytes() {
+        table.line("memory", format_args!("{} MB at most", bytes / 1_000_000));
+    }
     table.text
 }
 
@@ -189,21 +229,6 @@ fn rounded(value: f64) -> String {
     number((value * scale).round() / scale)
 }
 
-/// Returns the text of `intersect`, `union`, `difference`, `xor`, `csg`, `volume` and `sample`.
-fn measured(results: &[Each<Measured>], verbosity: Verbosity) -> String {
-    if verbosity == Verbosity::Quiet {
-        let mut table = Table::default();
-        for result in results.iter().flatten() {
-            // Several values need the names of their solids.
-            let name = if results.len() > 1 { format!("  {}", result.solids[0].name()) } else { String::new() };
-            table.line(result.command, format_args!("{}{name}", value(result)));
-        }
-        return table.text;
-    }
-    let tables: Vec<String> = results.iter().flatten().map(|result| one_measured(result, verbosity)).collect();
-    tables.join("\n")
-}
-
 /// Formats the volume of a result.
 fn value(result: &Measured) -> String {
     let estimate = result.estimate();
@@ -214,8 +239,8 @@ fn value(result: &Measured) -> String {
     format!("{value} ± {error}{}", unit::suffix(estimate.unit, estimate.power))
 }
 
-fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
-    let is_verbose = verbosity == Verbosity::Verbose;
+/// Returns the text of `intersect`, `union`, `difference`, `xor`, `csg`, `minkowski`, `offset`, `volume` and `sample`.
+fn measured(result: &Measured) -> String {
     let mut table = Table::default();
     table.line(result.command, value(result));
     // Beside an over- or under-estimate.
@@ -223,20 +248,22 @@ fn one_measured(result: &Measured, verbosity: Verbosity) -> String {
         table.line("exact", format_args!("{}{}", number(exact), unit::suffix(result.unit, 3)));
     }
     certified(&mut table, result);
-    if let Some(expression) = result.expression.as_ref().filter(|_| is_verbose) {
-        table.line("expression", expression);
-    }
     measures(&mut table, result);
-    inputs(&mut table, result, verbosity);
-    if is_verbose {
-        making(&mut table, result);
-    }
+    inputs(&mut table, result);
     if let Some(path) = &result.output {
         table.line("written", path.display());
     }
-    if is_verbose {
-        cost(&mut table, result);
+    table.text
+}
+
+/// Returns the details of the same commands.
+fn measured_details(result: &Measured) -> String {
+    let mut table = Table::default();
+    if let Some(expression) = &result.expression {
+        table.line("expression", expression);
     }
+    making(&mut table, result);
+    cost(&mut table, result);
     table.text
 }
 
@@ -268,16 +295,12 @@ fn measures(table: &mut Table, result: &Measured) {
     }
 }
 
-/// Adds the inputs, a line each; properties that a mesh should have are listed only if verbose.
-fn inputs(table: &mut Table, result: &Measured, verbosity: Verbosity) {
+/// Adds the inputs, a line each.
+fn inputs(table: &mut Table, result: &Measured) {
     let cubed = unit::suffix(result.unit, 3);
     for (i, solid) in result.solids.iter().enumerate() {
-        let state = |is: bool, name: &str| match (is, verbosity) {
-            (false, _) => format!(", not {name}"),
-            (true, Verbosity::Verbose) => format!(", {name}"),
-            (true, _) => String::new(),
-        };
-        let (closed, oriented) = (state(solid.is_closed(), "closed"), state(solid.is_oriented(), "oriented"));
+        let lack = |is: bool, name: &str| if is { String::new() } else { format!(", not {name}") };
+        let (closed, oriented) = (lack(solid.is_closed(), "closed"), lack(solid.is_oriented(), "oriented"));
         let triangles = solid.mesh().triangles.len();
         let volume = number(solid.volume);
         let operand = solid.operand.as_ref().map(|name| format!("{name} = ")).unwrap_or_default();
@@ -443,42 +466,41 @@ fn of_images(report: &SampledReport, length: &str) -> (String, String) {
 }
 
 /// Returns the text of `surface`.
-fn surfaced(result: &Surfaced, verbosity: Verbosity) -> String {
-    let is_verbose = verbosity == Verbosity::Verbose;
+fn surfaced(result: &Surfaced) -> String {
     let mut table = Table::default();
-    if is_verbose {
-        let length = unit::suffix(result.unit, 1);
-        let [x, y, z] = result.grid.rays();
-        let pitch = number(result.grid.pitch());
-        table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
-    }
-    if let Some(report) = result.surface.as_ref().filter(|_| verbosity != Verbosity::Quiet) {
-        let [mesh, quality] = surface(report, result.unit);
+    if let Some(report) = &result.surface {
+        let [mesh, _] = surface(report, result.unit);
         table.line("mesh", mesh);
-        if is_verbose {
-            table.more(quality);
-        }
     }
     if let Some(path) = &result.output {
         table.line("written", path.display());
     }
-    if is_verbose {
-        let [read, total] = result.seconds;
-        table.line("time", format_args!("{total:.3} s: read {read:.3}"));
+    table.text
+}
+
+/// Returns the details of `surface`.
+fn surfaced_details(result: &Surfaced) -> String {
+    let mut table = Table::default();
+    let length = unit::suffix(result.unit, 1);
+    let [x, y, z] = result.grid.rays();
+    let pitch = number(result.grid.pitch());
+    table.line("images", format_args!("{x} × {y} × {z} rays, pitch {pitch}{length}; {} samples", result.samples));
+    if let Some(report) = &result.surface {
+        let [_, quality] = surface(report, result.unit);
+        table.line("mesh", quality);
     }
+    let [read, total] = result.seconds;
+    table.line("time", format_args!("{total:.3} s: read {read:.3}"));
     table.text
 }
 
 /// Returns the text of `check`.
-fn checked(results: &[Each<Checked>], verbosity: Verbosity) -> String {
+fn checked(results: &[Each<Checked>]) -> String {
     let mut table = Table::default();
     for result in results.iter().flatten() {
         let report = &result.report;
         let verdict = if report.is_solid() { "a solid" } else { "NOT a solid" };
         let _ = writeln!(table.text, "{}: {verdict}", result.path.display());
-        if verbosity == Verbosity::Quiet {
-            continue;
-        }
         table.line(
             "  size",
             format_args!(
@@ -525,13 +547,10 @@ fn recentred(offset: Option<DVec3>, unit: Option<LengthUnit>) -> String {
 }
 
 /// Returns the text of `generate`.
-fn generated(result: &Generated, verbosity: Verbosity) -> String {
+fn generated(result: &Generated) -> String {
     let mut table = Table::default();
     let unit = Some(LengthUnit::Millimetre);
     table.line(&result.kind, format_args!("{}: {} triangles, in mm", result.to.display(), result.triangles));
-    if verbosity == Verbosity::Quiet {
-        return table.text;
-    }
     if let Some(bounds) = result.bounds {
         table.line("box", format_args!("{} to {} mm", vector(bounds.min), vector(bounds.max)));
     }
@@ -541,7 +560,7 @@ fn generated(result: &Generated, verbosity: Verbosity) -> String {
 }
 
 /// Returns the text of `render`.
-fn rendered(result: &Rendered, verbosity: Verbosity) -> String {
+fn rendered(result: &Rendered) -> String {
     let mut table = Table::default();
     let length = unit::suffix(result.unit, 1);
     let plane = result.plane.map(|(axis, at)| format!(", at {} = {}{length}", axis.name(), number(at)));
@@ -557,16 +576,16 @@ fn rendered(result: &Rendered, verbosity: Verbosity) -> String {
             plane.unwrap_or_default(),
         ),
     );
-    if verbosity == Verbosity::Quiet {
-        return table.text;
-    }
     for (i, solid) in result.solids.iter().enumerate() {
         let triangles = solid.mesh().triangles.len();
         table.line(if i == 0 { "input" } else { "" }, format_args!("{}: {triangles} triangles", solid.name()));
     }
-    if verbosity == Verbosity::Normal {
-        return table.text;
-    }
+    table.text
+}
+
+/// Returns the details of `render`.
+fn rendered_details(result: &Rendered) -> String {
+    let mut table = Table::default();
     let [columns, rows, _] = result.grid.rays();
     table.line("image", format_args!("{columns} × {rows} rays, {} samples", result.samples));
     table.line("backend", &result.ran);

@@ -32,8 +32,8 @@ use ldi_ops::solids::Model;
 use ldi_ops::voxels;
 
 use crate::args::{
-    self, AxisChoice, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize, MeshChoice, ModeChoice,
-    PlacingArguments, SamplingArguments, TransformArguments,
+    self, AxisChoice, BackendArguments, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize,
+    MeshChoice, ModeChoice, PlacingArguments, SamplingArguments, TransformArguments,
 };
 use crate::output;
 pub use clash::ClashCommand;
@@ -47,13 +47,14 @@ pub struct Invocation {
     pub verbosity: Verbosity,
 }
 
+/// What goes to stderr; stdout has the result in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verbosity {
-    /// Only the value on stdout, and warnings and errors on stderr.
+    /// Warnings and errors.
     Quiet,
-    /// Also inputs and written files, and a progress bar on a terminal.
+    /// Also notes on automatic choices, and a progress bar on a terminal.
     Normal,
-    /// Also the raster, the backend, time and memory, and automatic choices on stderr.
+    /// Also stages with their times, the raster, the backend, time and memory.
     Verbose,
 }
 
@@ -341,7 +342,7 @@ fn measure(
         ));
     }
     let (backend, memory) = device(sampling.device)?;
-    let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?;
+    let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance, DEFAULT_RESOLUTION)?;
     let lod = lod(sampling.kind.lod)?;
     let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
     let target = image_target(writing, mesh_method, sampling.kind.axis)?;
@@ -434,19 +435,20 @@ fn mode(choice: ModeChoice) -> Mode {
 }
 
 /// Returns the device and the memory limit in bytes.
-fn device(DeviceArguments { backend, adapter, memory }: DeviceArguments) -> Result<(Backend, Option<u64>), Error> {
-    let backend = match (backend, adapter) {
-        (BackendChoice::Auto, None) => Backend::Auto,
-        (BackendChoice::Cpu, None) => Backend::Cpu,
+fn device(DeviceArguments { backend, memory }: DeviceArguments) -> Result<(Backend, Option<u64>), Error> {
+    Ok((self::backend(backend)?, memory.map(|MemorySize(bytes)| bytes)))
+}
+
+fn backend(BackendArguments { backend, adapter }: BackendArguments) -> Result<Backend, Error> {
+    match (backend, adapter) {
+        (BackendChoice::Auto, None) => Ok(Backend::Auto),
+        (BackendChoice::Cpu, None) => Ok(Backend::Cpu),
         (BackendChoice::Cpu, Some(name)) => {
-            return Err(Error::input(format!(
-                "--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them"
-            )));
+            Err(Error::input(format!("--adapter {name} needs a GPU and contradicts --backend cpu; remove one of them")))
         }
         // A named adapter leaves `auto` no choice.
-        (BackendChoice::Auto | BackendChoice::Gpu, name) => Backend::Gpu(name),
-    };
-    Ok((backend, memory.map(|MemorySize(bytes)| bytes)))
+        (BackendChoice::Auto | BackendChoice::Gpu, name) => Ok(Backend::Gpu(name)),
+    }
 }
 
 fn fill(choice: FillChoice) -> FillRule {
@@ -456,13 +458,15 @@ fn fill(choice: FillChoice) -> FillRule {
     }
 }
 
-/// Rays along the longest side if neither resolution nor pitch nor tolerance is given.
+/// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 512;
 
+/// Returns the raster; `default` is its resolution if neither resolution nor pitch nor tolerance is given.
 fn spacing(
     resolution: Option<u32>,
     pitch: Option<Length>,
     tolerance: Option<args::Share>,
+    default: u32,
 ) -> Result<Spacing<Length>, Error> {
     match (resolution, pitch, tolerance) {
         (Some(rays), _, _) if !(1..=RAYS_MAX).contains(&rays) => {
@@ -474,7 +478,7 @@ fn spacing(
         (Some(rays), _, _) => Ok(Spacing::Resolution(rays)),
         (_, Some(pitch), _) => Ok(Spacing::Pitch(pitch)),
         (_, _, Some(args::Share(tolerance))) => Ok(Spacing::Tolerance(tolerance)),
-        (None, None, None) => Ok(Spacing::Resolution(DEFAULT_RESOLUTION)),
+        (None, None, None) => Ok(Spacing::Resolution(default)),
     }
 }
 

@@ -11,7 +11,7 @@ use crate::progress::Monitor;
 use crate::{Error, Settings, Solid};
 
 /// Rays along the longest side of the box that two parts share, where their overlap is sampled.
-const DEFAULT_RAYS: u32 = 128;
+pub const DEFAULT_RAYS: u32 = 128;
 
 /// A comparison of the parts of an assembly: which overlap, touch, or come nearer than a clearance. Lengths are in the unit of
 /// the solids.
@@ -113,6 +113,7 @@ impl Clash {
             clearance: self.clearance.map(length),
             touching: self.touching.map(length),
             resolution: self.resolution,
+            backend: settings.device().clone(),
             rules: self.rules.clone(),
             memory: settings.memory(),
         })
@@ -135,7 +136,7 @@ impl Clash {
 }
 
 impl ClashPlan {
-    /// Compares pairs of parts, on the threads of the settings; the fill rule and the memory limit are those of the plan. The pairs
+    /// Compares pairs of parts, on the threads of the settings; fill rule, memory limit and device are those of the plan. The pairs
     /// may be others than the [near ones](ClashPlan::pairs); the smaller number of a pair comes first.
     ///
     /// # Errors

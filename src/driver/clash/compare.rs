@@ -8,7 +8,9 @@ use super::overlap::{Found, Room, overlap};
 use super::plan::ComparedPair;
 use super::{Common, Part, Relation, Settings};
 use crate::clash::{Body, Region, bytes_of_triangle, nearest, region};
+use crate::driver::backend::Backends;
 use crate::driver::fill::FillDifference;
+use crate::driver::job::Backend;
 use crate::driver::machine;
 use crate::driver::memory::{self, Cost, Limit};
 use crate::mesh::{Aabb, TriangleMesh};
@@ -25,6 +27,7 @@ pub struct Comparison<'c> {
     /// The largest gap or depth that counts as touching, if one was given.
     touching: Option<f64>,
     settings: &'c Settings,
+    backends: Backends,
     /// The warning of each part whose fill rules matter, found when it is first needed.
     fill_warnings: Vec<OnceLock<Option<Warning>>>,
 }
@@ -43,7 +46,7 @@ impl<'c> Comparison<'c> {
     /// Builds the hierarchies of the parts of some pairs.
     ///
     /// # Errors
-    /// Parts whose hierarchies would not fit into memory.
+    /// Parts whose hierarchies would not fit into memory, and a device that does not exist.
     pub fn new(
         parts: &'c [Part],
         pairs: &'c [[usize; 2]],
@@ -51,6 +54,10 @@ impl<'c> Comparison<'c> {
         settings: &'c Settings,
         progress: &Monitor,
     ) -> Result<Comparison<'c>, Error> {
+        let backends = Backends::open(match &settings.backend {
+            Backend::Auto => &Backend::Cpu,
+            backend => backend,
+        })?;
         let mut is_compared = vec![false; parts.len()];
         pairs.iter().flatten().for_each(|&part| is_compared[part] = true);
         let compared: Vec<Option<&Part>> =
@@ -60,7 +67,7 @@ impl<'c> Comparison<'c> {
         let body = |part: &Option<&'c Part>| part.map(|part| Body::new(part.solid.mesh(), settings.fill));
         let bodies = compared.par_iter().map(body).collect();
         let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
-        Ok(Comparison { parts, pairs, bodies, touching, settings, fill_warnings })
+        Ok(Comparison { parts, pairs, bodies, touching, settings, backends, fill_warnings })
     }
 
     /// Compares the pairs.
@@ -105,7 +112,9 @@ impl<'c> Comparison<'c> {
             return Ok(Some((touching, Vec::new())));
         };
         let names = [i, j].map(|part| self.parts[part].name.as_str());
-        let Some(found) = overlap(solids, names, shared.bounds, self.settings, room)? else { return Ok(None) };
+        let Some(found) = overlap(solids, names, shared.bounds, (self.settings, &self.backends), room)? else {
+            return Ok(None);
+        };
         let Found { volume, with_meeting_shells, mut warnings } = found;
         for place in with_meeting_shells {
             warnings.extend(self.fill_warning([i, j][place])?);

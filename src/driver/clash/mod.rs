@@ -18,7 +18,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::input::{InputRequirements, Sides, Solid};
-use super::job::{Input, Openness};
+use super::job::{Backend, Input, Openness};
 use crate::length::Length;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
@@ -26,7 +26,7 @@ use crate::sampler::FillRule;
 use crate::{Error, Warning};
 use rules::{Finding, Rules};
 
-pub use build::Clash;
+pub use build::{Clash, DEFAULT_RAYS};
 pub use overlap::{Overlap, OverlapMethod};
 pub use plan::{ClashPlan, ComparedPair};
 
@@ -54,6 +54,8 @@ pub struct Settings {
     pub touching: Option<Length>,
     /// Rays along the longest side of the box that two parts share, where their overlap is sampled.
     pub resolution: u32,
+    /// The device that samples; `auto` is the CPU, as the images are small.
+    pub backend: Backend,
     /// What is allowed.
     pub rules: Rules,
     /// The most bytes that the process may hold; a share of the free memory without it.

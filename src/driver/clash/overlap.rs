@@ -69,7 +69,7 @@ pub struct Room {
 }
 
 /// Returns the volume that two parts share: exactly, or from images where a shell meets itself or there is no room. Returns `None`
-/// if the volume might not fit while other pairs that take as much memory are compared.
+/// if the volume might not fit while other pairs that take as much memory are compared, or a GPU has to sample it.
 ///
 /// # Errors
 /// Parts that no lattice holds.
@@ -77,7 +77,7 @@ pub fn overlap(
     parts: [&Solid; 2],
     names: [&str; 2],
     common: Aabb,
-    settings: &Settings,
+    (settings, backends): (&Settings, &Backends),
     room: Room,
 ) -> Result<Option<Found>, Error> {
     let expression = Expression::of_inputs(BooleanOperation::Intersection, 2);
@@ -92,7 +92,7 @@ pub fn overlap(
             return Ok(None);
         }
         let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
-        let mut found = sampled(parts, common, expression, settings)?;
+        let mut found = sampled(parts, common, expression, settings, backends)?;
         found.warnings.push(Warning::new("exact-volume-memory", message));
         return Ok(Some(found));
     }
@@ -104,13 +104,21 @@ pub fn overlap(
             let volume = Overlap { value, lower, upper, method: OverlapMethod::Exact };
             Ok(Some(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() }))
         }
-        Err(_) => sampled(parts, common, expression, settings).map(Some),
+        // A GPU makes one image at a time, on which all threads wait.
+        Err(_) if room.beside > 0 && matches!(settings.backend, Backend::Gpu(_)) => Ok(None),
+        Err(_) => sampled(parts, common, expression, settings, backends).map(Some),
     }
 }
 
 /// Returns the volume from images of `resolution` rays along the longest side of the box `common` around it, or of fewer where
 /// both parts are more than four times as long.
-fn sampled(parts: [&Solid; 2], common: Aabb, expression: Expression, settings: &Settings) -> Result<Found, Error> {
+fn sampled(
+    parts: [&Solid; 2],
+    common: Aabb,
+    expression: Expression,
+    settings: &Settings,
+    backends: &Backends,
+) -> Result<Found, Error> {
     let solids: Vec<Solid> = parts.into_iter().cloned().collect();
     let longest = raster::common_box(&solids).extent().max_element();
     let rays = f64::from(settings.resolution);
@@ -125,14 +133,14 @@ fn sampled(parts: [&Solid; 2], common: Aabb, expression: Expression, settings: &
         axes: Axis::ALL.to_vec(),
         mode: Mode::Exact,
         fill: settings.fill,
-        backend: Backend::Cpu,
+        backend: settings.backend.clone(),
         memory: settings.memory,
         method: VolumeMethod::Estimate,
         hashes: false,
         certainty: Certainty::default(),
         keep: Keep::Sums,
     };
-    let measured = measure(&job, solids, &Backends::open(&job.backend)?, &Monitor::new(None))?;
+    let measured = measure(&job, solids, backends, &Monitor::new(None))?;
     // The corners of the common box are rounded, but by less than an estimate errs.
     let most = common.extent().element_product();
     let value = measured.volume.value.min(most);

@@ -123,7 +123,8 @@ impl ClashPlan {
             near_pairs(&boxes, reach).into_iter().partition(|&pair| ignored.contains(pair));
         let prepare = start.elapsed().as_secs_f64() - read;
         let seconds = ClashSeconds { read, prepare, ..ClashSeconds::default() };
-        Ok(ClashPlan { parts, settings, limits, touching, pairs, ignored: left_out.len(), warnings, start, seconds })
+        let ignored = left_out.len();
+        Ok(ClashPlan { parts, settings, limits, touching, pairs, ignored, warnings, start, seconds })
     }
 
     /// Returns the unit of all parts, where it is known.

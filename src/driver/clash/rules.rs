@@ -84,7 +84,11 @@ impl Limits {
     /// Returns the rule that a pair breaks.
     pub fn finding(&self, relation: &Relation) -> Option<Finding> {
         match relation {
-            Relation::Overlapping(common) => (common.volume.value > self.max_volume).then_some(Finding::Overlap),
+            Relation::Overlapping(common) => {
+                // No ray may meet a thin overlap, whose estimate is then 0.
+                let is_any = self.max_volume == 0.0 && common.is_certain;
+                (is_any || common.volume.value > self.max_volume).then_some(Finding::Overlap)
+            }
             Relation::Touching { .. } => (!self.allow_touching).then_some(Finding::Touching),
             Relation::Separate { distance, .. } => {
                 self.clearance.is_some_and(|least| *distance < least).then_some(Finding::Clearance)

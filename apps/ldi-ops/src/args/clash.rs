@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ldi_ops::cubic::TypedVolume;
+use ldi_ops::driver::clash::DEFAULT_RAYS;
 use ldi_ops::driver::clash::rules::IgnoredPair;
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::unit;
 
-use super::{CommonArguments, FillArguments, MemorySize, TransformArguments};
+use super::{BackendArguments, CommonArguments, FillArguments, MemorySize, TransformArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = CLASH_EXAMPLES)]
@@ -67,10 +68,12 @@ pub struct ComparisonArguments {
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
     /// Rays along the longest side of the box of an overlap, for its volume where that is not exact
-    #[arg(long, value_name = "N", default_value_t = 128)]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_RAYS)]
     pub resolution: u32,
     #[command(flatten)]
     pub fill: FillArguments,
+    #[command(flatten)]
+    pub backend: BackendArguments,
     /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, and common volumes that do are estimated
     /// from images [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]

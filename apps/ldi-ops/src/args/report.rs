@@ -17,9 +17,9 @@ pub struct ReportArguments {
     #[arg(required = true, value_name = "A")]
     pub solids: Vec<PathBuf>,
     /// Output folder for report.html, metrics.json, metrics.csv and methods.txt; created if missing. With several solids each
-    /// has its own folder in it, and index.html and designs.csv list them all
+    /// has its own folder in it, and index.html and designs.csv list them all [default: no files; stdout has the key figures]
     #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
     #[command(flatten)]
     pub region: RegionArguments,
     #[command(flatten)]
@@ -64,7 +64,7 @@ pub struct JudgingArguments {
     /// File of limits on metrics, .toml; the exit code is 1 if one is broken
     #[arg(long, value_name = "FILE")]
     pub limits: Option<PathBuf>,
-    /// Second design to compare with the first; writes compare.html
+    /// Second design to compare with the first; -o writes compare.html
     #[arg(long, value_name = "B")]
     pub compare: Option<PathBuf>,
     /// Build direction, upwards: x, y, z, -x, -y or -z
@@ -119,6 +119,7 @@ pub enum BuildChoice {
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
+  ldi-ops report scaffold.stl --unit mm                                   the key figures, no files
   ldi-ops report scaffold.stl --unit mm -o report
   ldi-ops report scaffold.stl --unit mm --roi bone.stl -o report          only within the bone
   ldi-ops report scaffold.stl --unit mm --limits limits.toml -o report    check limits

@@ -13,9 +13,10 @@ pub struct SweepArguments {
     /// The plan: a model solid and the values of its parameters, .toml
     pub plan: PathBuf,
     /// Output folder for index.html, sweep.csv and the rows of the designs; created if missing. Designs that have a row in it are
-    /// not measured again
+    /// not measured again [default: a folder here with the name of the plan, and -sweep in
+    /// place of its extension]
     #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
     /// Measure only one of N equal parts of the designs, such as 3/200: for several processes or machines with one folder. The
     /// part that ends last writes table and page
     #[arg(long, value_name = "I/N")]
@@ -28,6 +29,7 @@ pub struct SweepArguments {
 
 const SWEEP_EXAMPLES: &str = "\
 Examples:
+  ldi-ops sweep plan.toml                                            into plan-sweep
   ldi-ops sweep plan.toml -o runs
   ldi-ops sweep plan.toml -o runs --shard 3/200                      one of 200 jobs
   ldi-ops sweep plan.toml -o runs --shard $SLURM_ARRAY_TASK_ID/200   the jobs of an array

@@ -9,19 +9,14 @@ use ldi_ops::unit;
 use ldi_ops::with_error;
 
 use super::Table;
-use crate::resolve::Verbosity;
 use crate::run::Compared;
 
-/// Returns the text of `clash`: the number of findings, and a table of them, with all near pairs if verbose.
-pub fn of(result: &Compared, verbosity: Verbosity) -> String {
+/// Returns the text of `clash`: the number of findings, and a table of them.
+pub fn of(result: &Compared) -> String {
     let clashes = &result.clashes;
     let findings = clashes.findings().count();
     let mut table = Table::default();
     let plural = if findings == 1 { "" } else { "s" };
-    if verbosity == Verbosity::Quiet {
-        table.line("clash", format_args!("{findings} finding{plural}"));
-        return table.text;
-    }
     let ignored = if clashes.ignored > 0 { format!(", {} ignored", clashes.ignored) } else { String::new() };
     table.line(
         "clash",
@@ -32,22 +27,26 @@ pub fn of(result: &Compared, verbosity: Verbosity) -> String {
             clashes.parts.len()
         ),
     );
-    table.text +=
-        &rows(clashes, clashes.pairs.iter().filter(|p| p.finding.is_some() || verbosity == Verbosity::Verbose));
+    table.text += &rows(clashes, clashes.pairs.iter().filter(|pair| pair.finding.is_some()));
     for (i, path) in result.written.iter().enumerate() {
         table.line(if i == 0 { "written" } else { "" }, path.display());
     }
-    if verbosity == Verbosity::Verbose {
-        let seconds = &clashes.seconds;
-        let memory = peak_memory_bytes().map(|b| format!(", {} MB at most", b / 1_000_000)).unwrap_or_default();
-        table.line(
-            "time",
-            format_args!(
-                "{:.3} s: reading {:.3}, hierarchies {:.3}, comparison {:.3}, writing {:.3}{memory}",
-                seconds.total, seconds.read, seconds.prepare, seconds.compare, seconds.write
-            ),
-        );
-    }
+    table.text
+}
+
+/// Returns the near pairs that break no rule, time and memory.
+pub fn details(result: &Compared) -> String {
+    let clashes = &result.clashes;
+    let mut table = Table { text: rows(clashes, clashes.pairs.iter().filter(|pair| pair.finding.is_none())) };
+    let seconds = &clashes.seconds;
+    let memory = peak_memory_bytes().map(|b| format!(", {} MB at most", b / 1_000_000)).unwrap_or_default();
+    table.line(
+        "time",
+        format_args!(
+            "{:.3} s: reading {:.3}, hierarchies {:.3}, comparison {:.3}, writing {:.3}{memory}",
+            seconds.total, seconds.read, seconds.prepare, seconds.compare, seconds.write
+        ),
+    );
     table.text
 }
 

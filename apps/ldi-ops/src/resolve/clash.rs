@@ -8,7 +8,7 @@ use ldi_ops::driver::clash::{ClashJob, Settings};
 use ldi_ops::grid::RAYS_MAX;
 use ldi_ops::length::Length;
 
-use super::{Invocation, Job, Report, fill, invocation, placed, report, usable, writable};
+use super::{Invocation, Job, Report, backend, fill, invocation, placed, report, usable, writable};
 use crate::args::{ClashArguments, ComparisonArguments, MemorySize, RuleArguments};
 
 /// A comparison of parts, and the destinations of its result.
@@ -26,7 +26,7 @@ pub struct ClashCommand {
 pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
     let ClashArguments { parts, assembly, output: folder, csv, transforms, rules, comparison, common } = arguments;
     let RuleArguments { clearance, allow_touching, max_volume, ignore } = rules;
-    let ComparisonArguments { unit, touching, resolution, fill: fill_choice, memory } = comparison;
+    let ComparisonArguments { unit, touching, resolution, fill: fill_choice, backend, memory } = comparison;
     for (flag, length) in [("--clearance", clearance), ("--touching", touching)] {
         if let Some(length) = length.filter(|length| !is_valid(length)) {
             return Err(Error::input(format!("{flag} {length} is not a length of 0 or more")));
@@ -45,6 +45,7 @@ pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
         clearance,
         touching,
         resolution,
+        backend: self::backend(backend)?,
         rules: Rules { allow_touching, max_volume, ignored: ignore },
         memory: memory.map(|MemorySize(bytes)| bytes),
     };

@@ -52,10 +52,10 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
             "--tortuosity-resolution {tortuosity_resolution} is outside 2 to {RAYS_MAX} rays"
         )));
     }
-    usable("-o ", &folder, "a report")?;
+    folder.as_deref().map(|folder| usable("-o ", folder, "a report")).transpose()?;
     let (backend, memory) = super::device(device)?;
     let settings = Settings {
-        spacing: spacing(Some(resolution.unwrap_or(DEFAULT_RESOLUTION)).filter(|_| pitch.is_none()), pitch, None)?,
+        spacing: spacing(resolution, pitch, None, DEFAULT_RESOLUTION)?,
         tortuosity_resolution,
         edges,
         fill: fill(fill_choice.fill),
@@ -64,7 +64,8 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
         kozeny,
         memory,
         backend,
-        is_drawn: true,
+        // Only the page has pictures.
+        is_drawn: folder.is_some(),
     };
     let placed = |path, placement| Input { name: None, path, placement };
     let roi = roi.map(|roi| self::roi(&roi, transform_roi)).transpose()?;

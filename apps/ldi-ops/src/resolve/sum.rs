@@ -5,7 +5,10 @@ use ldi_ops::driver::job::{Input, Keep, MeshMethod, Operand, SumJob, SumOperatio
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 
-use super::{Command, Invocation, Job, axes, device, fill, image_target, invocation, lod, mode, report, spacing};
+use super::{
+    Command, DEFAULT_RESOLUTION, Invocation, Job, axes, device, fill, image_target, invocation, lod, mode, report,
+    spacing,
+};
 use crate::args::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 
 pub fn minkowski(arguments: MinkowskiArguments) -> Result<Invocation, Error> {
@@ -52,7 +55,7 @@ fn sum(
     let job = SumJob {
         operation,
         unit,
-        spacing: spacing(sampling.resolution, sampling.pitch, sampling.tolerance)?,
+        spacing: spacing(sampling.resolution, sampling.pitch, sampling.tolerance, DEFAULT_RESOLUTION)?,
         lod: lod(sampling.kind.lod)?,
         axes: axes(sampling.kind.axis),
         mode: mode(sampling.kind.mode),
