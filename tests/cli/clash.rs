@@ -13,6 +13,12 @@ fn with_parts() -> Folder {
     folder
 }
 
+/// Returns a cube of side 2 with a corner pulled through the face below, so that its shell crosses itself and has no exact volume.
+pub fn crossed() -> Vec<[[f64; 3]; 3]> {
+    let pulled = |corner: [f64; 3]| if corner == [2.0; 3] { [1.0, 1.0, -0.5] } else { corner };
+    cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect()
+}
+
 #[test]
 fn overlaps_have_volume_box_depth_and_place() {
     let folder = Folder::with_two_cubes();
@@ -257,10 +263,7 @@ fn verbose_text_has_the_pairs_that_break_no_rule() {
 #[test]
 fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let folder = Folder::new();
-    // A corner that is pulled through the face below makes the shell cross itself.
-    let pulled = |corner: [f64; 3]| if corner == [2.0; 3] { [1.0, 1.0, -0.5] } else { corner };
-    let crossed: Vec<[[f64; 3]; 3]> = cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect();
-    folder.stl("crossed.stl", &crossed);
+    folder.stl("crossed.stl", &crossed());
     folder.stl("b.stl", &cuboid([-1.0, -1.0, -0.25], [1.2, 1.2, 1.1]));
     let files = ["crossed.stl", "b.stl", "--unit", "mm"];
     let intersect = ["intersect", "--estimate", "--resolution", "600"];

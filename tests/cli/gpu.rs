@@ -7,6 +7,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::clash::crossed;
 use crate::sums::{ell, hollow};
 use crate::{Folder, Run, cube, cuboid};
 
@@ -79,6 +80,28 @@ fn operations_are_equal_on_cpu_and_gpu() {
     }
     let [a, b] = pairs[0].map(model);
     same_on_both(&folder, &["intersect", &a, &b, "--axis", "y", "--resolution", "150", "-o", "image.npz"]);
+}
+
+#[test]
+fn clashes_are_equal_on_cpu_and_gpu() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &crossed());
+    for (name, x) in [("b.stl", -0.5), ("c.stl", 0.25), ("d.stl", 0.5)] {
+        folder.stl(name, &cuboid([x, -1.0, -0.25], [x + 1.2, 1.2, 1.1]));
+    }
+    let clash = |device: &[&str]| {
+        let words = ["clash", "a.stl", "b.stl", "c.stl", "d.stl", "--unit", "mm", "--json", "-"];
+        let mut result = folder.run(&[&words[..], device].concat()).code(1).json();
+        assert!(result.as_object_mut().unwrap().remove("seconds").is_some());
+        result
+    };
+    let gpu = on_gpu();
+    let gpu: Vec<&str> = gpu.iter().map(String::as_str).collect();
+    let cpu = clash(&["--backend", "cpu"]);
+    let methods = cpu["pairs"].as_array().unwrap().iter().map(|pair| &pair["overlap"]["volume"]["method"]);
+    // Those of the part without an exact volume are sampled.
+    assert_eq!(methods.filter(|method| **method == "estimate").count(), 3, "{cpu:#}");
+    assert_eq!(clash(&gpu), cpu);
 }
 
 #[test]

@@ -78,7 +78,7 @@ impl Clash {
         self
     }
 
-    /// Compares the parts, by the fill rule, the threads and the memory limit of the settings.
+    /// Compares the parts, by the fill rule, the device, the threads and the memory limit of the settings.
     ///
     /// # Errors
     /// Fewer than two parts, solids that the fill rule does not allow, solids in several units of which one is unknown, and parts

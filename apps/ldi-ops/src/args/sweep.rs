@@ -13,8 +13,7 @@ pub struct SweepArguments {
     /// The plan: a model solid and the values of its parameters, .toml
     pub plan: PathBuf,
     /// Output folder for index.html, sweep.csv and the rows of the designs; created if missing. Designs that have a row in it are
-    /// not measured again [default: a folder here with the name of the plan, and -sweep in
-    /// place of its extension]
+    /// not measured again [default: a folder here with the name of the plan, and -sweep in place of its extension]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Measure only one of N equal parts of the designs, such as 3/200: for several processes or machines with one folder. The
