@@ -33,10 +33,16 @@ fn stdout_carries_the_result_alone() {
 fn verbose_text_on_stderr_states_grid_and_backend() {
     let folder = with_cube();
     let volume = ["volume", "a.stl", "--estimate", "--resolution", "16", "--unit", "mm", "-v"];
-    let text = folder.run(&volume).code(0).stderr();
-    for words in ["grid ", "image ", "backend ", "layers ", "time ", "16 × 16 × 16 rays", "threads (auto: "] {
-        assert!(text.contains(words), "no `{words}` in\n{text}");
+    let run = folder.run(&volume).code(0);
+    let (result, details) = (run.stdout(), run.stderr());
+    for label in ["volume", "area", "centroid", "inertia", "input"] {
+        assert!(labels(&result).contains(&label), "no {label} in\n{result}");
     }
+    assert!(result.contains("mm³") && result.contains("a.stl: 12 triangles, mesh volume 8 mm³"), "{result}");
+    for label in ["grid", "image", "backend", "layers", "time"] {
+        assert!(details.contains(&format!("ldi-ops: {label:<11} ")), "no {label} in\n{details}");
+    }
+    assert!(details.contains("16 × 16 × 16 rays") && details.contains("threads (auto: "), "{details}");
     // Where there are several results, each has the name of its solid.
     folder.stl("b.stl", &cube(0.0, 3.0));
     let several = folder.run(&["volume", "a.stl", "b.stl", "-v"]).code(0).stderr();

@@ -169,9 +169,10 @@ fn json_of_a_sum_has_the_schema_its_steps_and_memory() {
     assert_eq!(step["components"], serde_json::json!({ "tested": 0, "cavities": 0, "filled": 0 }));
     let memory = &result["memory"];
     assert!(memory["estimate_bytes"].as_u64().unwrap() > 1 << 20 && memory["limit_bytes"].is_u64(), "{memory}");
-    let text = folder.run(&["minkowski", "a.stl", "b.stl", "--resolution", "30", "-v"]).code(0).stderr();
+    let run = folder.run(&["minkowski", "a.stl", "b.stl", "--resolution", "30", "-v"]).code(0);
+    assert!(run.stdout().starts_with("minkowski   27"), "{}", run.stdout());
     for words in ["step        sum: ", "components", "; estimate "] {
-        assert!(text.contains(words), "no `{words}` in:\n{text}");
+        assert!(run.stderr().contains(words), "no `{words}` in:\n{}", run.stderr());
     }
 }
 

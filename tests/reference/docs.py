@@ -13,7 +13,8 @@ command that is to fail ends with `; echo "exit code $?"`.
 Lines are compared as they are, with these exceptions:
 
 - `…` in a line of the document stands for any characters, and a line of `…` alone for any number of lines;
-- numbers are not compared where they are followed by s, ms, kB, MB or GB, nor in lines that begin with `time` or `memory`.
+- numbers are not compared where they are followed by s, ms, kB, MB or GB, nor in lines that begin with `time` or `memory`,
+  or have them after `ldi-ops: `.
 
 Links of the documents to files of the repository must lead to files. Exits 1 with a diff for each command whose output
 differs, after the file and the line of the command. `--update` rewrites the output in the documents, and keeps lines with

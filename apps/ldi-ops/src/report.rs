@@ -88,6 +88,13 @@ impl Table {
     fn more(&mut self, what: impl std::fmt::Display) {
         self.line("", what);
     }
+
+    /// Adds the peak memory of the process, where the system tells it, and `more` behind it.
+    fn memory(&mut self, more: impl std::fmt::Display) {
+        if let Some(bytes) = peak_memory_bytes() {
+            self.line("memory", format_args!("{:.0} MB at most{more}", bytes as f64 / 1e6));
+        }
+    }
 }
 
 /// The metrics printed on stdout; the files have all of them.
@@ -197,9 +204,7 @@ fn reported_details(result: &Reported) -> String {
         let seconds = total.map_or(0.0, |(_, seconds)| *seconds);
         table.line("time", format_args!("{}: {seconds:.2} s", report.title));
     }
-    if let Some(bytes) = peak_memory_bytes() {
-        table.line("memory", format_args!("{} MB at most", bytes / 1_000_000));
-    }
+    table.memory("");
     table.text
 }
 
@@ -362,11 +367,8 @@ fn cost(table: &mut Table, result: &Measured) {
             seconds.total, seconds.read, seconds.sample, seconds.operate, seconds.integrate, seconds.write
         ),
     );
-    if let Some(bytes) = peak_memory_bytes() {
-        let expected =
-            result.sum.as_ref().map(|sum| format!("; estimate {:.0} MB", sum.memory_estimate() as f64 / 1e6));
-        table.line("memory", format_args!("{:.0} MB at most{}", bytes as f64 / 1e6, expected.unwrap_or_default()));
-    }
+    let expected = result.sum.as_ref().map(|sum| format!("; estimate {:.0} MB", sum.memory_estimate() as f64 / 1e6));
+    table.memory(expected.unwrap_or_default());
 }
 
 /// Adds the kind of the images, the backend, layers and samples.
@@ -597,9 +599,7 @@ fn rendered_details(result: &Rendered) -> String {
             seconds.total, seconds.read, seconds.sample, seconds.operate, seconds.shade, seconds.write
         ),
     );
-    if let Some(bytes) = peak_memory_bytes() {
-        table.line("memory", format_args!("{:.0} MB at most", bytes as f64 / 1e6));
-    }
+    table.memory("");
     table.text
 }
 
