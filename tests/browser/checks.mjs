@@ -28,37 +28,54 @@ const PAPER = 696;
 
 const axeSource = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-/** All findings on a page of a kind. Screenshots go into a folder, if one is named. */
-export async function findings(browser, { kind, url, name, folder }) {
-  const all = [];
-  const note = (where, list) => all.push(...list.map((finding) => `${where}: ${finding}`));
-  for (const colorScheme of SCHEMES) {
-    for (const width of WIDTHS) {
-      await withPage(browser, url, { colorScheme, viewport: { width, height: HEIGHT } }, async (page, complaints) => {
-        const where = `${width} px, ${colorScheme}`;
-        note(where, await page.evaluate(sectionsMissing, SECTIONS[kind]));
-        note(where, await page.evaluate(overflowing));
-        note(where, await page.evaluate(cutTexts));
-        note(where, await page.evaluate(overlappingTexts));
-        note(where, await page.evaluate(undrawn));
-        note(where, await page.evaluate(brokenWords));
-        if (width >= WIDE) note(where, await page.evaluate(cutTables, LONGEST));
-        if (folder) await page.screenshot({ path: join(folder, `${name}-${width}-${colorScheme}.png`), fullPage: true });
-        await page.waitForTimeout(50);
-        note(where, complaints);
+/** Parts of the check by name: each notes findings on a page of a kind under where they were found. */
+const PARTS = {
+  async views(browser, { kind, url, name, folder }, note) {
+    for (const colorScheme of SCHEMES) {
+      for (const width of WIDTHS) {
+        await withPage(browser, url, { colorScheme, viewport: { width, height: HEIGHT } }, async (page, complaints) => {
+          const where = `${width} px, ${colorScheme}`;
+          note(where, await page.evaluate(sectionsMissing, SECTIONS[kind]));
+          note(where, await page.evaluate(overflowing));
+          note(where, await page.evaluate(cutTexts));
+          note(where, await page.evaluate(overlappingTexts));
+          note(where, await page.evaluate(undrawn));
+          note(where, await page.evaluate(brokenWords));
+          if (width >= WIDE) note(where, await page.evaluate(cutTables, LONGEST));
+          if (folder) await page.screenshot({ path: join(folder, `${name}-${width}-${colorScheme}.png`), fullPage: true });
+          await page.waitForTimeout(50);
+          note(where, complaints);
+        });
+      }
+    }
+  },
+  async axe(browser, { url }, note) {
+    for (const colorScheme of SCHEMES) {
+      await withPage(browser, url, { colorScheme, viewport: { width: 1280, height: HEIGHT }, bypassCSP: true }, async (page) => {
+        note(`axe, ${colorScheme}`, await axe(page));
       });
     }
-    await withPage(browser, url, { colorScheme, viewport: { width: 1280, height: HEIGHT }, bypassCSP: true }, async (page) => {
-      note(`axe, ${colorScheme}`, await axe(page));
+  },
+  async text(browser, { kind, url }, note) {
+    await withPage(browser, url, { viewport: { width: 1280, height: HEIGHT } }, async (page) => {
+      note("structure", await page.evaluate(structure));
+      note("numbers", await page.evaluate(oddNumbers));
+      if (["summary", "clash", "sweep"].includes(kind)) note("sorting", await sorting(page));
     });
-  }
-  await withPage(browser, url, { viewport: { width: 1280, height: HEIGHT } }, async (page) => {
-    note("structure", await page.evaluate(structure));
-    note("numbers", await page.evaluate(oddNumbers));
-    if (["summary", "clash", "sweep"].includes(kind)) note("sorting", await sorting(page));
-  });
-  note("without scripts", await withoutScripts(browser, url, SECTIONS[kind]));
-  note("print", await printed(browser, url, folder && join(folder, `${name}.pdf`)));
+  },
+  async scripts(browser, { kind, url }, note) {
+    note("without scripts", await withoutScripts(browser, url, SECTIONS[kind]));
+  },
+  async paper(browser, { url, name, folder }, note) {
+    note("print", await printed(browser, url, folder && join(folder, `${name}.pdf`)));
+  },
+};
+
+/** All findings on a page of a kind, by all parts of the check or those named. Screenshots go into a folder, if one is named. */
+export async function findings(browser, page, parts = Object.keys(PARTS)) {
+  const all = [];
+  const note = (where, list) => all.push(...list.map((finding) => `${where}: ${finding}`));
+  for (const part of parts) await PARTS[part](browser, page, note);
   return all;
 }
 
