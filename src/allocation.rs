@@ -7,8 +7,8 @@ use std::alloc::{Layout, handle_alloc_error};
 use std::cell::Cell;
 use std::collections::TryReserveError;
 
+use crate::parallel::*;
 use bytemuck::Zeroable;
-use rayon::prelude::*;
 
 /// Smallest array for large pages, in bytes; smaller ones have too few pages to matter.
 #[cfg(target_os = "linux")]

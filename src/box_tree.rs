@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
+use crate::parallel::*;
 use glam::{DVec3, Vec3A, Vec4};
-use rayon::prelude::*;
 
 use crate::allocation::{vec_with_room, zeroed};
 use crate::cancel::checkpoint;

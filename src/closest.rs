@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::cancel::checkpoint;
+use crate::parallel::join;
 
 /// Largest number of triangles in a leaf.
 const LEAF: usize = 4;
@@ -186,7 +187,7 @@ fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> 
     }
     let (low, high) = halves(order);
     let right = first + low.len() as u32;
-    let (low, high) = rayon::join(|| grow_apart(set, low, first), || grow_apart(set, high, right));
+    let (low, high) = join(|| grow_apart(set, low, first), || grow_apart(set, high, right));
     nodes.reserve(1 + low.len() + high.len());
     nodes.push(Node::above(&low[0], &high[0], 1 + low.len()));
     nodes.extend(low);

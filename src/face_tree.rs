@@ -5,8 +5,8 @@
 
 use std::cmp::Ordering::{Equal, Greater, Less};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::allocation::vec_with_room;
 use crate::box_tree::{Box32, BoxTree, FourBoxes, LEAF, Node, in_order};

@@ -98,6 +98,7 @@ pub mod ldi;
 pub mod mesh;
 pub mod metrics;
 pub mod minkowski;
+mod parallel;
 #[cfg(feature = "picture")]
 pub mod picture;
 mod polygon;

@@ -135,7 +135,7 @@ mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind};
     use std::sync::atomic::AtomicU64;
 
-    use rayon::prelude::*;
+    use crate::parallel::*;
 
     use super::*;
     use crate::cancel::checkpoint;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use crate::parallel::*;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::driver::bound::Bound;
 use crate::driver::job::Finish;

@@ -5,7 +5,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 /// Disjoint sets of the elements 0, 1, …
 #[derive(Debug)]

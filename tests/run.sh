@@ -2,7 +2,7 @@
 # Runs every test and says at the end which passed.
 # usage: tests/run.sh [STAGE …]    of fmt clippy docs test no-gpu corpus python python-package reference files browser peers; all
 #                             by default; or of quick, which repeats the fastest part of fmt, clippy and test
-# The last five run after the others, two at a time.
+# corpus and the last five run after the others, two at a time.
 #
 # A stage that cannot run has failed. All stages run, so that one run tells everything; only where what they need is
 # missing and cannot be installed does none run, and the stage that has failed is `install`. As root, what is missing is
@@ -13,7 +13,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 stages=(fmt clippy docs test no-gpu corpus python python-package reference files browser peers)
 # Two of these run at a time, after all others: they call what is built, and leave processors idle in between.
-in_pairs=(python-package reference files browser peers)
+in_pairs=(corpus python-package reference files browser peers)
 # Stages that repeat parts of others, run only by name.
 repeats=(quick)
 
@@ -287,14 +287,12 @@ run_rest() {
 
 paired=()
 for stage in "$@"; do
-  if [[ " ${in_pairs[*]} " == *" $stage "* ]]; then
-    paired+=("$stage")
-    continue
-  fi
   if [ "$stage" = corpus ] && [ -z "$corpus" ] && [ -z "${LDI_CORPUS:-}" ]; then
     missing="NOT RUN: corpus folder not found; real meshes were NOT tested (set LDI_CORPUS)"
     printf '\n=== %s\n%s\n' "$stage" "$missing"
     printf -v summary '%s%-14s %s\n' "$summary" "$stage" "$missing"
+  elif [[ " ${in_pairs[*]} " == *" $stage "* ]]; then
+    paired+=("$stage")
   else
     run_printed "$stage"
     count "$stage"
@@ -305,7 +303,7 @@ done
 prepare() {
   case " $* " in
   *" peers "*) run_metrics_python ;;
-  *" reference "* | *" files "*) run_python ;;
+  *" corpus "* | *" reference "* | *" files "*) run_python ;;
   esac
 }
 if [ ${#paired[@]} -gt 1 ] && prepare "${paired[@]}"; then

@@ -51,6 +51,10 @@ const UPPER_FLOORS: &[&str] = &[
     "src/estimate.rs",
 ];
 
+/// Sources that divide work by Rayon's own iterators, which compile their work stealing anew for each closure. All others take
+/// those of `src/parallel.rs`, which have no sets and maps.
+const OWN_DIVISION: &[&str] = &["src/parallel.rs", "src/surface/cuts/choice.rs"];
+
 /// Modules that work on images and must not depend on the modules that make them.
 const OPERATIONS: &[&str] = &[
     "src/boolean",
@@ -188,6 +192,11 @@ fn faults(path: &str, text: &str) -> Vec<String> {
         for name in FORMAT_CRATES.iter().filter(|name| names_crate(&paths, name)) {
             fault(format!("names {name}, a file format"));
         }
+    }
+    let is_division =
+        |path: &Vec<String>| path.len() > 1 && path[0] == "rayon" && matches!(path[1].as_str(), "join" | "prelude");
+    if !OWN_DIVISION.contains(&path) && paths.iter().any(is_division) {
+        fault("names Rayon's iterators; take crate::parallel".to_owned());
     }
     for name in ["clap", "anyhow", "indicatif"].into_iter().filter(|name| names_crate(&paths, name)) {
         fault(format!("names {name}, which is for applications"));
@@ -447,6 +456,8 @@ mod tests {
             ("src/lib.rs", "fn f() -> anyhow::Result<()> { Ok(()) }"),
             ("src/grid/mod.rs", "use crate::driver::machine;"),
             ("src/metrics/mod.rs", "fn f(report: &crate::report::Report) {}"),
+            ("src/fixed.rs", "use rayon::prelude::*;"),
+            ("src/fixed.rs", "fn f() { rayon::join(a, b); }"),
             ("src/fixed.rs", "fn f() { println!(\"x\") }"),
             ("src/fixed.rs", "fn f() { eprintln ! (\"x\") }"),
             ("src/fixed.rs", "fn f() { std::print!(\"x\"); }"),
@@ -488,6 +499,7 @@ mod tests {
             ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
             ("src/minkowski/sum.rs", "use crate::sampler::cpu::CpuSampler;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
+            ("src/fixed.rs", "use crate::parallel::*; fn f() { rayon::current_num_threads(); }"),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),
             ("src/integrate.rs", "#[cfg(test)]\nmod tests { use crate::sampler::Mode; use crate::mesh::ClosedMesh; }"),
             ("src/minkowski/ball/tests.rs", "use crate::mesh::ClosedMesh;"),

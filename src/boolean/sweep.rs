@@ -17,7 +17,7 @@
 //!   where merged runs take about as long.
 //! - Dropping a toggle when the next one comes at the same depth: every event waits for the store of the last one.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::BooleanError;
 use super::network::Network;

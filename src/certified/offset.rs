@@ -30,6 +30,7 @@ use super::refine::{BUDGET, TOGETHER, Totals};
 use super::shells::Shells;
 use crate::cancel::checkpoint;
 use crate::closest::closest_to_origin;
+use crate::parallel::join;
 use crate::sampler::FillRule;
 
 /// Error bound of coordinates, distances and dot products, as a share of the largest coordinate: 2⁻⁴⁴.
@@ -120,7 +121,7 @@ impl<'o> OffsetPass<'o> {
             let near: Vec<u32> = sights.into_iter().map(|sight| sight.triangle).collect();
             let half = |cell| self.sum(&node.part(shells, cell), &near);
             let (a, b) = match node.cell.longest_side() > TOGETHER {
-                true => rayon::join(|| half(a), || half(b)),
+                true => join(|| half(a), || half(b)),
                 false => (half(a), half(b)),
             };
             return Some(a? + b?);

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::node::Node;
 use super::state::{Scene, State};
 use crate::cancel::checkpoint;
+use crate::parallel::join;
 
 /// The cells that are halved.
 #[derive(Clone, Copy)]
@@ -84,7 +85,7 @@ impl<'s> Pass<'s> {
                 let [a, b] = halves;
                 let half = |cell| self.sum(&node.part(&self.scene.shells, cell));
                 let (a, b) = match node.cell.longest_side() > TOGETHER {
-                    true => rayon::join(|| half(a), || half(b)),
+                    true => join(|| half(a), || half(b)),
                     false => (half(a), half(b)),
                 };
                 return Some(a? + b?);

@@ -1,7 +1,7 @@
 //! The shells of the operands, and what is proved about their winding numbers.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::CertifiedError;
 use crate::cancel::checkpoint;

@@ -32,7 +32,7 @@ pub fn of_file(file: File, length: u64) -> io::Result<Vec<u8>> {
     use std::io::Read;
     use std::os::unix::fs::FileExt;
 
-    use rayon::prelude::*;
+    use crate::parallel::*;
 
     if length < PIECE as u64 {
         let mut bytes = Vec::new();

@@ -6,8 +6,8 @@
 //! --exact`): gyroids of 0.4 to 3.5 million triangles against a bone, themselves and themselves shifted, a lattice, chain mail,
 //! brushes and frames, and combs of plates with up to 6 million segments between 14,000 triangles.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::input::Solid;
 use crate::box_tree::{Box32, FourBoxes};

@@ -5,8 +5,8 @@ use std::io::{Cursor, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::parallel::*;
 use glam::{DAffine3, DVec3};
-use rayon::prelude::*;
 #[cfg(feature = "report")]
 use sha2::{Digest, Sha256};
 
@@ -201,7 +201,7 @@ pub fn read(path: &Path, hashes: bool) -> Result<ReadMesh, Error> {
         }
         None => surface_of_images(&bytes, path).map(|(file, warnings)| (file, None, warnings)),
     };
-    let (parsed, sha256) = rayon::join(parse, hash);
+    let (parsed, sha256) = join(parse, hash);
     let (file, fold, warnings) = parsed?;
     Ok(ReadMesh { file, fold, sha256, warnings })
 }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::bodies::{Bodies, Body, Lattice, Wholeness};
 use super::coincident::{self, Coincident};

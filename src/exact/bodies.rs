@@ -4,8 +4,8 @@
 
 use std::ops::Range;
 
+use crate::parallel::*;
 use glam::{DVec3, I64Vec3};
-use rayon::prelude::*;
 
 use super::growth::Directions;
 use super::signs::{Plane, Vertex};

@@ -16,8 +16,8 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicI32, Ordering};
 
+use crate::parallel::*;
 use glam::{DVec2, DVec3, Vec3Swizzles};
-use rayon::prelude::*;
 
 use super::Rule;
 use super::bodies::{Bodies, Body, SCALE};

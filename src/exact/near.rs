@@ -1,6 +1,6 @@
 //! The faces of a body near other bodies: those that may meet them, and those that may meet these.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::bodies::Bodies;
 use crate::box_tree::Box32;

@@ -5,8 +5,8 @@
 //! faces that meet there, or of the two at a side, and they know its ends by the same numbers. So the surface is closed and
 //! oriented by its numbers, whatever the positions are rounded to.
 
+use crate::parallel::*;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::cut::triangulate;
 use super::pieces::{Pieces, Weight};

@@ -1,6 +1,6 @@
 //! The weighted triangles of the result's surface, summed.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use glam::DVec3;
 

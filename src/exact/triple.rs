@@ -1,7 +1,7 @@
 //! The points in which three faces of different bodies meet.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::bodies::Bodies;
 use super::crossings::Crossings;

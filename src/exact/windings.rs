@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::bodies::Bodies;
 use super::crossings::{Crossing, Crossings};

@@ -15,8 +15,8 @@ mod sum;
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::allocation::vec_with_room;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};

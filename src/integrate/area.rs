@@ -1,6 +1,6 @@
 //! Surface area from the samples of images along the three axes.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::cancel::checkpoint;
 use crate::ldi::{Ldi, MomentSums, VolumeSums, Windings};

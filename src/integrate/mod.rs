@@ -11,7 +11,7 @@ pub use area::{SurfaceHits, shows_every_facet, sums_show_every_facet, surface_hi
 pub use moments::{Moments, moments, moments_of_sums};
 pub use volume::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::grid::Grid;
 use crate::ldi::Ldi;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 #[cfg(feature = "gpu")]
 use super::LdiError;

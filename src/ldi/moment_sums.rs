@@ -1,7 +1,7 @@
 //! The integer sums of an image from which its moments are computed. Like those for the volume they are few, so a GPU transfers
 //! them instead of the image.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Ldi, Spans};
 use crate::cancel::checkpoint;

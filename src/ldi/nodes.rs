@@ -11,7 +11,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Ldi, Mode};
 use crate::allocation::zeroed;

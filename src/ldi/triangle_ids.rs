@@ -4,7 +4,7 @@
 //! inwards by no more than one even lattice step. So a sample's triangle is that of the exact crossing beside it, and
 //! images need not carry triangles through masks and merges.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Ldi, LdiError};
 

@@ -1,7 +1,7 @@
 //! The integer sums of an image from which its volume and the error estimate are computed. The sums are small, so a GPU
 //! transfers them instead of the image.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Ldi, Windings};
 use crate::fixed::Pixels;

@@ -32,8 +32,8 @@
 
 use std::fmt;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::check::{MeshReport, Severity, check};
 use super::hash::{Hash, PI, mix, position_hash};

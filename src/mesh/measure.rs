@@ -6,8 +6,8 @@
 //! scaled by a power of two, so that the cube of a very large or small coordinate neither overflows nor underflows before
 //! the result itself does.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Aabb, TriangleMesh};
 

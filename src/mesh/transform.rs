@@ -1,7 +1,7 @@
 //! Affine maps of the positions of a mesh.
 
+use crate::parallel::*;
 use glam::DAffine3;
-use rayon::prelude::*;
 
 use super::TriangleMesh;
 

@@ -20,8 +20,8 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::meet::{are_parted, meet, widest_axis};
 use super::{ClosedMesh, check};

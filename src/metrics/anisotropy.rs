@@ -16,8 +16,8 @@
 //! 0.0012 for struts along the axes. In other orientations, the cube has up to 0.003 here (0.005 on the spiral) and the struts
 //! 0.0006 (0.0016): a MIL that is not an ellipsoid is not fitted by one, and its misfit is distributed slightly unevenly.
 
+use crate::parallel::*;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::eigen::Principal;
 use super::surface_area::SurfaceElements;

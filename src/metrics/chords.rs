@@ -20,7 +20,7 @@
 //!
 //! A ball of radius R has chords of mean 4R/3 and standard deviation √2 R/3 by number.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::segments::{End, flush, segments};
 use super::{BoundaryCondition, Distribution, Phase, Region};

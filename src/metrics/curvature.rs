@@ -18,8 +18,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::surface_area::{BoxFaces, SurfaceError, cut_facets};
 use super::{BoundaryCondition, Facets, Region};

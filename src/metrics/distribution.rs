@@ -1,6 +1,6 @@
 //! Statistics of many values: mean, spread, percentiles, a histogram.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 /// Number of bins for weights: a percentile is accurate to a bin's width, the largest value's 1/65 536.
 const BINS: usize = 1 << 16;

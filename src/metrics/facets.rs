@@ -1,7 +1,7 @@
 //! The facets of a mesh, prepared for sums over its surface.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Normals and areas of the triangles of a mesh, with positions and triangles.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@
 //! means over the images along x, y and z, each of which is blind to surfaces along its rays. Those of the pores are those of
 //! the region minus those of the solid in it: a box has its moments in closed form, another region those of its own images.
 
+use crate::parallel::*;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 pub use super::eigen::Principal;
 use super::segments::segments;

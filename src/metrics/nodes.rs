@@ -1,6 +1,6 @@
 //! Sets of nodes of a raster, a bit each.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::bits::is_set;
 use crate::ldi::NodePlanes;

@@ -4,7 +4,7 @@
 //! share of it: lengths over lengths, without voxels. Both families of rays count, since each is blind to surfaces along it.
 //! The slices of an axis, weighted by their area in the region, have the porosity of those two images as their mean, exactly.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::segments::segments;
 use super::{Phase, Region};

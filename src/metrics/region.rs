@@ -1,6 +1,6 @@
 //! Regions of interest.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::NodeSet;
 use crate::grid::{Axis, Grid, LatticeBox};

@@ -9,7 +9,7 @@
 //! The dilation works on runs of voxels along x: a run of `l` voxels adds the other set dilated by `l`, which is the union of
 //! two shifts of the dilation by the largest power of two up to `l`. At 128 voxels that takes some ten million word operations.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Exterior, Polyhedron, Primitives};
 use crate::bits::is_set;

@@ -1,6 +1,6 @@
 //! Certain spans and gaps from the crossings of primitives.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, RAYS_MAX};

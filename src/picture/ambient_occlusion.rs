@@ -9,8 +9,8 @@
 //! Directions are within 55° of the line of sight: flatter ones cross more than a cell per slice and would leak through walls,
 //! and visible surfaces face the eye, so that these directions matter most.
 
+use crate::parallel::*;
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 use super::fragments::Fragment;
 use super::scene::Scene;

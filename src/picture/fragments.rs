@@ -4,8 +4,8 @@
 //! such piece, so that lighting, which is expensive, is evaluated per pixel and not per ray, while silhouettes and creases stay
 //! antialiased by many rays.
 
+use crate::parallel::*;
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::normals::Normals;
 use super::scene::{Hit, Scene};

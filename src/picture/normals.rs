@@ -5,8 +5,8 @@
 //! ("Weights for computing vertex normals from facet normals"), which is exact for vertices on a sphere. Edges sharper than the
 //! crease angle stay sharp.
 
+use crate::parallel::*;
 use glam::{DVec2, Vec3};
-use rayon::prelude::*;
 
 use super::scene::Skin;
 use crate::cancel::checkpoint;

@@ -4,8 +4,8 @@
 //! without, and ambient light that is brighter from above than from below and attenuated by ambient
 //! occlusion (`ambient_occlusion`); outlines are darkened.
 
+use crate::parallel::*;
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::ambient_occlusion::{Exposure, exposures};
 use super::canvas::{Background, Canvas, Colour};

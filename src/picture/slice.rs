@@ -1,7 +1,7 @@
 //! A plane through solids, seen along its normal: the inputs that each ray is inside of where it passes the plane.
 
+use crate::parallel::*;
 use glam::{DVec3, Vec3};
-use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::canvas::{Background, Canvas, Colour};

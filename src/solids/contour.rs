@@ -16,8 +16,8 @@
 
 use std::collections::HashSet;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{MAX_TRIANGLES, SolidError};
 use crate::cancel::checkpoint;

@@ -16,7 +16,7 @@ mod choice;
 
 use std::collections::{BTreeMap, HashMap};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::edges::{Crossing, EdgeSlab, Source};
 use super::pairing::joined_faces;

@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::cuts::Cuts;
 use crate::bits::{after, is_set, ones};
@@ -151,7 +151,7 @@ impl EdgeSlab {
     pub fn new(source: &Source, cuts: &Cuts, layers: Range<i32>) -> EdgeSlab {
         let nodes = source.planes.slab(layers.start..layers.end + 2, 1);
         let planes = layers.start..layers.end + 1;
-        let made = rayon::join(
+        let made = join(
             || -> (Vec<_>, Vec<_>) {
                 let of_plane = |plane| (along_x(source, cuts, &nodes, plane), along_y(source, cuts, &nodes, plane));
                 planes.clone().into_par_iter().map(of_plane).unzip()

@@ -14,8 +14,8 @@
 
 use std::collections::HashMap;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::cells::MARGIN;
 use super::feature::Feature;

@@ -1,7 +1,7 @@
 //! Search for triangles of a mesh that meet, by the cells that they lie in.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::cancel::checkpoint;
 use crate::mesh::Precision;

@@ -3,8 +3,8 @@
 //! Crossings of one lattice edge are dropped in pairs. At a sharp edge that the surface has it passes near them all the same. So a
 //! pair is lost only where one of its crossings is away from the surface.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::edges::{Dropped, DroppedPair};
 use super::features::CellFilter;

@@ -20,8 +20,8 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::parts::part_of_vertices;
 use crate::cancel::checkpoint;

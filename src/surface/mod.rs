@@ -46,8 +46,8 @@ mod quads;
 mod resolve_self_intersections;
 pub mod simplify;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::cancel::checkpoint;
 use crate::grid::{Axis, Grid};

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::parallel::*;
 use glam::Vec3;
-use rayon::prelude::*;
 
 use super::cuts::{CutCell, Cuts, edge_of};
 use super::edges::{EdgeSlab, Source};

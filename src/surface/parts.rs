@@ -3,8 +3,8 @@
 //! Where two surfaces graze each other the solid ends in a knife edge. Thinner than the pitch, it contains only scattered
 //! nodes, and its mesh falls into crumbs that are of no use in a print.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::mesh::TriangleMesh;
 use crate::union_find::UnionFind;

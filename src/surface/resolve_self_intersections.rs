@@ -29,8 +29,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::cells::{MARGIN, world_from_cells};
 use super::feature::Feature;

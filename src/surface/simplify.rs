@@ -34,9 +34,9 @@ mod samples;
 
 use std::borrow::Cow;
 
+use crate::parallel::*;
 use glam::{DVec3, Vec3};
 use rayon::iter::Either;
-use rayon::prelude::*;
 use thiserror::Error;
 
 use self::collapse::{NONE, Standing};
@@ -431,7 +431,7 @@ fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
     let at = (order.len() as f64 * split) as usize;
     order.select_nth_unstable_by(at, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
     let (low, high) = order.split_at_mut(at);
-    let (mut groups, rest) = rayon::join(|| split_at(low, split), || split_at(high, split));
+    let (mut groups, rest) = join(|| split_at(low, split), || split_at(high, split));
     groups.extend(rest);
     groups
 }

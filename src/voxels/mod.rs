@@ -15,7 +15,7 @@ pub use vti::write_vti;
 
 use std::io;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::ldi::{NodePlanes, NodeSlab};
 

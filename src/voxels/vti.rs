@@ -10,9 +10,9 @@
 
 use std::io::{self, Seek, SeekFrom, Write};
 
+use crate::parallel::*;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use rayon::prelude::*;
 
 use super::{Written, each_plane};
 use crate::ldi::NodePlanes;

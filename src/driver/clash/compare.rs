@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::overlap::{Found, Room, overlap};
 use super::plan::ComparedPair;

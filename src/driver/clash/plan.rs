@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::time::Instant;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::compare::{self, Comparison};
 use super::rules::{self, Limits};

@@ -4,8 +4,8 @@
 //! samples are proportional to the number of rays. Scaled by the ratio of rays, the counts of the coarse raster agree with those
 //! of the fine one within about a tenth, if the result is not thinner than a coarse pixel.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::Error;
 use crate::fixed::Crossing;

@@ -3,14 +3,14 @@
 //! One ray that passes between two primitives would spoil a whole flood. This must not happen; if it does, most of the result is
 //! wrong, and a few thousand nodes show it within a few milliseconds.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::fixed::Hit;
 use crate::grid::{Axis, Grid};
 use crate::minkowski::{Exterior, Membership, RaySpans};
 
 /// Number of nodes to check.
-const NODES: u64 = 4096;
+const NODES: u32 = 4096;
 
 /// Returns the indices of the first node at which the spans along z disagree with the membership test.
 pub fn first_difference<H: Hit + Sync, M: Membership>(
@@ -23,7 +23,7 @@ pub fn first_difference<H: Hit + Sync, M: Membership>(
     (0..NODES)
         .into_par_iter()
         .map_init(M::Memory::default, |memory, at| {
-            let node = node(grid, at);
+            let node = node(grid, u64::from(at));
             let is_in = membership.contains(node.map(|index| grid.node(index)), memory);
             (is_in != is_in_spans(grid, along_z, exterior, node)).then_some(node)
         })

@@ -1,6 +1,6 @@
 //! Normals of samples, as in files, and normals of triangles, as images refer to them.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Images, Normals, NpzError};
 use crate::ldi::Ldi;

@@ -1,7 +1,7 @@
 //! The uses of edges by faces, and what they determine: defects of edges, duplicates, components, fans, genus.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Face;
 use super::report::{DuplicatePlace, EdgePlace, FIRST, MeshReport, VertexPlace};

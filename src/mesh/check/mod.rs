@@ -30,8 +30,8 @@ mod shells;
 #[cfg(test)]
 mod tests;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::TriangleMesh;
 use super::hash::position_hash;

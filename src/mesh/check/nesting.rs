@@ -1,7 +1,7 @@
 //! Shells within shells: those that face the wrong way for their depth.
 
+use crate::parallel::*;
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::Face;
 use super::exact::orientation;

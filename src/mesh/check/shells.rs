@@ -1,7 +1,7 @@
 //! Shells: the parts of a surface that bound something by themselves.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Face;
 use super::edges::{Use, edges};

@@ -6,7 +6,7 @@
 
 use std::io::{self, Write};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::cancel::checkpoint;
 
@@ -33,7 +33,7 @@ pub(super) fn write_each<T: Sync>(
     for group in elements.chunks(ELEMENTS_PER_TASK * tasks) {
         checkpoint();
         let write = || ready.iter().try_for_each(|bytes: &Vec<u8>| out.write_all(bytes));
-        let (written, ()) = rayon::join(write, || fill(group, &mut next));
+        let (written, ()) = join(write, || fill(group, &mut next));
         written?;
         std::mem::swap(&mut ready, &mut next);
     }

@@ -13,8 +13,8 @@
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::error::{Fault, Place, Problem};
 use super::formatted::write_each;

@@ -13,8 +13,8 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::error::{Fault, Place, Problem, WriteError};
 use super::formatted::write_each;

@@ -13,7 +13,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::steps::{Cube, LEAST, MIDDLE, Steps, bits};
 use crate::bits::ones;

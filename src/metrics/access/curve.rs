@@ -1,6 +1,6 @@
 //! The share of the pores that balls reach, by their diameter.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::bits::ones;
 use crate::metrics::NodeSet;

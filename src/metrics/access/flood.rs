@@ -1,6 +1,6 @@
 //! Bottlenecks of nodes, and the access sizes of balls.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::basins::Basins;
 use super::steps::Steps;

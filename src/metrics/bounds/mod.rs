@@ -31,6 +31,7 @@ mod volume;
 pub(crate) use self::cubes::SurfaceCubes;
 use super::{NodeSet, Region};
 use crate::grid::LatticeSolid;
+use crate::parallel::join;
 
 pub use interval::Interval;
 pub use volume::{Sampled, VolumeBounds, Within, finer_grid};
@@ -74,8 +75,7 @@ impl SolidBounds {
             }
             set
         };
-        let (inner, outer) =
-            rayon::join(|| combined(|inside, met| inside & !met), || combined(|inside, met| inside | met));
+        let (inner, outer) = join(|| combined(|inside, met| inside & !met), || combined(|inside, met| inside | met));
         SolidBounds { inner, outer }
     }
 }

@@ -1,6 +1,6 @@
 //! Certified volumes, from cubes of a raster of any fineness.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::cubes::SurfaceCubes;
 use super::{Interval, MARGIN};

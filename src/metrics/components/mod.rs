@@ -22,7 +22,7 @@ mod runs;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use self::lattice::{Displaced, Windings};
 use self::runs::Runs;

@@ -1,6 +1,6 @@
 //! Open and closed pores.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Components, Connectivity, reached};
 use crate::bits::{after, before};

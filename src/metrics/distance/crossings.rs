@@ -1,6 +1,6 @@
 //! Crossings of rows of nodes with the surface.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::bits::{Ones, after, is_set};
 use crate::grid::{Axis, Grid};

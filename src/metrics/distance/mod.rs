@@ -21,7 +21,7 @@ mod crossings;
 mod envelope;
 mod lines;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 pub use crossings::Crossings;
 use envelope::{Nearest, along};

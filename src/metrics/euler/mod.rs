@@ -31,7 +31,7 @@
 mod region;
 mod surface;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::components::{Components, Connectivity};
 use super::{BoundaryCondition, NodeSet};
@@ -87,7 +87,7 @@ pub fn characteristic(set: &NodeSet, connectivity: Connectivity, edges: Boundary
         };
         (1..=last[0]).map(of_row).sum()
     };
-    (1..=last[1]).into_par_iter().map(of_plane).sum()
+    (1..last[1] + 1).into_par_iter().map(of_plane).sum()
 }
 
 /// The numbers of pieces, tunnels and cavities of a set: β₀, β₁ and β₂.

@@ -1,7 +1,7 @@
 //! The Euler characteristic of a mesh.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// The numbers of corners, edges and faces of a surface; identical positions are one corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,8 +19,8 @@ pub(super) mod tests;
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::segments::flush;
 use super::{Facets, Region};

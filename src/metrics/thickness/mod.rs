@@ -38,7 +38,7 @@ mod thin;
 pub use paint::paint;
 pub use ridge::{largest_balls, largest_balls_between};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::distance::DistanceField;
 use super::{BoundaryCondition, NodeSet};

@@ -1,6 +1,6 @@
 //! Maps of the largest size that covers each node.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::Ball;
 use super::thin::{moved, thin_out};

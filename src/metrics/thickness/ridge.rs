@@ -1,6 +1,6 @@
 //! The largest balls: the nodes at which they are searched, and the positions of their centres between nodes.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::Ball;
 use crate::bits::ones;

@@ -2,7 +2,7 @@
 
 use std::cmp::Reverse;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::Ball;
 use crate::allocation::filled;

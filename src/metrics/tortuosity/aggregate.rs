@@ -1,6 +1,6 @@
 //! The next coarser level: aggregates of unknowns and the conductances between them.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::operator::{Coarse, Operator};
 

@@ -1,6 +1,6 @@
 //! Diffusion through a phase from end to end.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::TortuosityError;
 use super::aggregate::Cells;

@@ -1,6 +1,6 @@
 //! Loops over unknowns, in tasks of a fixed size, so that sums do not depend on the number of threads.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::cancel::checkpoint;
 

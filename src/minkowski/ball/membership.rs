@@ -1,7 +1,7 @@
 //! Point membership in an offset solid.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{exact, rounded_radius};
 use crate::closest::ClosestTriangle;
@@ -46,7 +46,7 @@ impl BallMembership {
             let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, FillRule::NonZero);
             Axis::ALL.into_iter().map(image).collect()
         };
-        let (surface, images) = rayon::join(surface, sample);
+        let (surface, images) = join(surface, sample);
         let radius = rounded_radius(radius_steps);
         Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }

@@ -40,8 +40,8 @@ mod tests;
 mod tube;
 mod view;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Polyhedron;
 use crate::fixed::Pixels;

@@ -1,6 +1,6 @@
 //! Removal of duplicate primitives, and the triangles of the others.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::Primitives;
 
@@ -49,7 +49,7 @@ fn least_first<const N: usize>(mut corners: [[i32; 3]; N]) -> [[i32; 3]; N] {
 }
 
 /// Number of tables that shapes are distributed over by their hashes, so that several are filled in parallel.
-const TABLES: u64 = 8;
+const TABLES: u32 = 8;
 
 /// Removes every shape that equals an earlier one.
 pub fn keep_distinct(lists: &mut [Vec<Shape>]) {
@@ -73,9 +73,9 @@ pub fn keep_distinct(lists: &mut [Vec<Shape>]) {
 }
 
 /// Returns the shapes of one table that equal an earlier one, by an open hash table of indices with the upper halves of hashes.
-fn repeated(hashes: &[u64], table: u64, same: impl Fn(u32, u32) -> bool) -> Vec<u32> {
+fn repeated(hashes: &[u64], table: u32, same: impl Fn(u32, u32) -> bool) -> Vec<u32> {
     const EMPTY: u64 = u64::MAX;
-    let mine = || hashes.iter().enumerate().filter(|&(_, hash)| (hash >> 32) % TABLES == table);
+    let mine = || hashes.iter().enumerate().filter(|&(_, hash)| (hash >> 32) as u32 % TABLES == table);
     let mask = (2 * mine().count()).next_power_of_two() - 1;
     let mut slots = vec![EMPTY; mask + 1];
     let mut found = Vec::new();

@@ -2,8 +2,8 @@
 
 use std::cmp::Ordering;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::sign::{Direction, Normal};
 use crate::minkowski::Polyhedron;

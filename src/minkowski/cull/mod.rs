@@ -52,8 +52,8 @@ mod tests;
 
 use std::cmp::Ordering;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{CullCounts, Polyhedron, Primitives};
 use distinct::Shape;
@@ -65,8 +65,8 @@ use sign::Normal;
 /// Returns the primitives that cover the boundary of A ⊕ B, for polyhedra whose positions are not negative and add up on the
 /// lattice of a [`SumGrid`](crate::grid::SumGrid); and the counts of pairs.
 pub fn cull(a: &Polyhedron, b: &Polyhedron) -> (Primitives, CullCounts) {
-    let (a_features, b_features) = rayon::join(|| Features::new(a), || Features::new(b));
-    let (a_map, b_map) = rayon::join(|| Map::new(&a_features), || Map::new(&b_features));
+    let (a_features, b_features) = join(|| Features::new(a), || Features::new(b));
+    let (a_map, b_map) = join(|| Map::new(&a_features), || Map::new(&b_features));
     let of_a = facets_on_corners(&a_features, &a_map, &b_features, &b_map);
     let of_b = facets_on_corners(&b_features, &b_map, &a_features, &a_map);
     let of_edges = edges_on_edges(&a_features, &a_map, &b_features, &b_map);

@@ -1,7 +1,7 @@
 //! Pairs of features whose patches meet.
 
+use crate::parallel::*;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
-use rayon::prelude::*;
 
 use super::gauss::Patch;
 use crate::cancel::checkpoint;

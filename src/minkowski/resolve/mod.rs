@@ -26,7 +26,7 @@ mod tests;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Exterior, Membership, RaySpans};
 use crate::cancel::checkpoint;

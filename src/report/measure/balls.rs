@@ -1,7 +1,7 @@
 //! Metrics from inscribed balls: thickness, pore widths, access from outside, percolation.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::Study;
 use super::growth::Growth;
@@ -184,7 +184,7 @@ fn spans(study: &Study, pores: &NodeSet, free: &[f32], within: Option<&[f32]>) -
         }
     };
     // Two at once: a third would need the memory of two more arrays.
-    let (x, y) = rayon::join(|| along(Axis::X), || along(Axis::Y));
+    let (x, y) = join(|| along(Axis::X), || along(Axis::Y));
     [x, y, along(Axis::Z)]
 }
 

@@ -11,6 +11,7 @@ use crate::ldi::{Mode, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
 use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::number::number;
+use crate::parallel::join;
 use crate::report::id;
 use crate::sampler::Sampler;
 use crate::{Error, Monitor};
@@ -50,7 +51,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
         Ok::<_, Error>((phase, axis, solved))
     };
     // A path takes one thread, and so does the setup of an equation: they run side by side.
-    let (paths, solutions) = rayon::join(
+    let (paths, solutions) = join(
         || Axis::ALL.map(|axis| geodesic(&phases[Phase::Pore as usize], axis, edges)),
         || {
             let equations = Phase::BOTH.into_iter().flat_map(|phase| Axis::ALL.map(|axis| (phase, axis)));

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::cancel::checkpoint;
 use crate::fixed::{Pixels, ViewPosition};

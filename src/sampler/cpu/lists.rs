@@ -4,7 +4,7 @@
 //! Minkowski sums are computed this way: their primitives cross a ray far more often than their boundary does, and only
 //! when all rays have been examined together is it known which crossings are the boundary's.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::bin::Bins;
 use super::raster::BandCrossings;

@@ -28,7 +28,7 @@ mod windings;
 use std::num::NonZeroU32;
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::layout::{Voxels, Window};
 use super::{Estimate, FillRule, MaskIntersection, Mode, SampleError, Sampler, admit, region_of_both};

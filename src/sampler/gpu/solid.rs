@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::view::BLOCK_ROWS;
 use crate::fixed::Pixels;

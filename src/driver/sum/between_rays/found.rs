@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::box_of;
 use super::refine::Extent;

@@ -22,7 +22,7 @@ mod tests;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::bits::Ones;
 use crate::fixed::{Hit, Pixels};

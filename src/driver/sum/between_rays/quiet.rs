@@ -1,6 +1,6 @@
 //! The nodes near which a ray crosses the surface of a sum.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::bits::{after, before};
 use crate::cancel::checkpoint;

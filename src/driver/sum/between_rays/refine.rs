@@ -1,6 +1,6 @@
 //! Halving of cubes: which have a cavity, and how large it is.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::{Searched, Tests, box_of};
 use crate::cancel::checkpoint;

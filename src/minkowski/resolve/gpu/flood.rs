@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::stages::{CAST, FLOOD, NodeTally, NodeView, REACHED, SEEDS, SPREAD, TALLY_WORDS, device_words, head};
 use crate::fixed::Hit;

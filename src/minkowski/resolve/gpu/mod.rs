@@ -15,7 +15,7 @@ mod stages;
 
 use std::sync::{Arc, Mutex};
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::layer::{Layer, Raster, find_runs, link, link_row};
 use super::masks::{RayGap, Rays};
