@@ -87,12 +87,29 @@ run_quick() {
 }
 run_docs() { RUSTDOCFLAGS=-Dwarnings cargo doc --workspace --no-deps; }
 # The checked profile is optimised, which the oracle and the properties need, and panics where an integer overflows.
-run_test() { cargo test --profile checked --workspace --no-fail-fast; }
+# The twins take turns at the device and leave a processor idle, so that all other tests run beside them. The patterns name every
+# test but those that begin with "tw".
+run_test() (
+  tests=(cargo test --profile checked --workspace --no-fail-fast)
+  "${tests[@]}" --no-run || exit
+  log=$(mktemp)
+  twins=
+  trap 'stop "$twins"; rm -f "$log"' EXIT
+  trap 'exit 130' INT TERM
+  in_background "${tests[@]}" --test twins &>"$log"
+  twins=$!
+  status=0
+  "${tests[@]}" --lib --bins --test '[!t]*' --test 't[!w]*' || status=$?
+  "${tests[@]}" --doc || status=$?
+  wait "$twins" || status=$?
+  cat "$log"
+  exit "$status"
+)
 # Without the feature `gpu`: lints, and tests of the commands that choose a device. All other tests call the same code in both
-# builds.
+# builds. These are not long enough to gain from a library that is optimised in full.
 run_no-gpu() {
   cargo clippy --workspace --all-targets --no-default-features -- -D warnings &&
-    cargo test --profile checked --workspace --no-default-features --no-fail-fast --test cli -- \
+    cargo test --profile checked --config profile.checked.package.ldi-ops.opt-level=1 --workspace --no-default-features --no-fail-fast --test cli -- \
       devices:: help:: operations:: sums:: threads::
 }
 

@@ -332,6 +332,14 @@ mod tests {
     }
 
     #[test]
+    fn sizes_have_the_unit_that_people_use() {
+        let sizes = [(0.0, "0 bytes"), (1.0, "1 byte"), (2.0, "2 bytes"), (1.5e6, "1.5 MB"), (1.2e10, "12 GB")];
+        for (bytes, text) in sizes {
+            assert_eq!(size(bytes), text);
+        }
+    }
+
+    #[test]
     fn proposed_factors_fit_and_are_the_least() {
         for limit in [20e6, 100e6, 900e6] {
             let factor = below(&[COST], limit).unwrap();
