@@ -1,9 +1,12 @@
 //! Parallel iterators of Rayon that are quick to compile.
 //!
 //! Rayon compiles its work stealing anew for each closure that it is given, which is a third of the code that this library hands
-//! to the compiler's back end. A [`ParIter`] divides its work where Rayon would, by one compiled [`join`] that calls closures by
-//! reference: a call for each division, of which there are few to a thread. Its methods are those of Rayon's iterators, so that
-//! modules write `use crate::parallel::*` for `use rayon::prelude::*` and are otherwise the same.
+//! to the compiler's back end. A [`ParIter`] divides its work where Rayon would, by one compiled function that calls closures by
+//! reference: a call for each division, of which there are few to a thread. Its methods are those of Rayon's iterators, and modules
+//! write `use crate::parallel::*` for `use rayon::prelude::*`.
+//!
+//! There is no such iterator for what has no length before it runs, by Rayon: ranges of `u64`, inclusive ranges, sets and maps. Sorts,
+//! `par_chunk_by`, `par_bridge`, and what follows a method that [`ParIter`] does not have (`map(…).enumerate()`) divide by Rayon's code.
 
 use rayon::iter::plumbing::{Consumer, Folder, Producer, ProducerCallback, Reducer, UnindexedConsumer};
 use rayon::iter::{Enumerate, MaxLen, MinLen, Zip};
@@ -32,7 +35,7 @@ fn both<A, B>(a: Option<A>, b: Option<B>) -> (A, B) {
     (a, b)
 }
 
-/// An iterator of Rayon that divides its work by [`join`].
+/// An iterator of Rayon that divides its work by [`Division`].
 #[derive(Clone)]
 pub(crate) struct ParIter<I>(I);
 
@@ -100,7 +103,8 @@ impl<T, C: Consumer<T>> ProducerCallback<T> for Divided<C> {
     }
 }
 
-/// Where work is divided, by Rayon's rule: into a piece for each thread, and again where another thread took a piece up.
+/// Where work is divided, by Rayon's rule: into a piece for each thread, more if these exceed the most items of a piece, and again
+/// where another thread took a piece up.
 #[derive(Clone, Copy)]
 struct Division {
     /// The least items of a piece.
@@ -306,6 +310,26 @@ mod tests {
             });
             assert_eq!(own, of_rayon, "{length} items");
         }
+    }
+
+    #[test]
+    fn pieces_that_another_thread_took_up_are_divided_again() {
+        // By length, migrated, least and pieces: the pieces that are left, or none where nothing is divided.
+        let cases = [
+            (8, false, 1, 0, None),
+            (8, true, 1, 0, Some(4)),
+            (8, false, 1, 3, Some(1)),
+            (8, true, 1, 20, Some(10)),
+            (9, true, 5, 4, None),
+            (10, false, 5, 4, Some(2)),
+        ];
+        on(4, || {
+            for (length, migrated, least, pieces, expected) in cases {
+                let mut division = Division { least, pieces };
+                let found = division.divides(length, migrated).then_some(division.pieces);
+                assert_eq!(found, expected, "{length} {migrated} {least} {pieces}");
+            }
+        });
     }
 
     #[test]

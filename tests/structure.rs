@@ -193,8 +193,11 @@ fn faults(path: &str, text: &str) -> Vec<String> {
             fault(format!("names {name}, a file format"));
         }
     }
-    let is_division =
-        |path: &Vec<String>| path.len() > 1 && path[0] == "rayon" && matches!(path[1].as_str(), "join" | "prelude");
+    let is_division = |path: &Vec<String>| {
+        let names = |at: usize, names: &[&str]| path.get(at).is_some_and(|name| names.contains(&name.as_str()));
+        let is_iterator = names(1, &["iter"]) && !names(2, &["Either"]);
+        names(0, &["rayon"]) && (is_iterator || names(1, &["join", "join_context", "prelude", "slice"]))
+    };
     if !OWN_DIVISION.contains(&path) && paths.iter().any(is_division) {
         fault("names Rayon's iterators; take crate::parallel".to_owned());
     }
@@ -457,6 +460,7 @@ mod tests {
             ("src/grid/mod.rs", "use crate::driver::machine;"),
             ("src/metrics/mod.rs", "fn f(report: &crate::report::Report) {}"),
             ("src/fixed.rs", "use rayon::prelude::*;"),
+            ("src/fixed.rs", "use rayon::iter::{IntoParallelIterator, ParallelIterator};"),
             ("src/fixed.rs", "fn f() { rayon::join(a, b); }"),
             ("src/fixed.rs", "fn f() { println!(\"x\") }"),
             ("src/fixed.rs", "fn f() { eprintln ! (\"x\") }"),
@@ -499,7 +503,10 @@ mod tests {
             ("src/ldi/npz/write.rs", "use zip::ZipWriter;"),
             ("src/minkowski/sum.rs", "use crate::sampler::cpu::CpuSampler;"),
             ("src/surface/mod.rs", "use crate::mesh::TriangleMesh;"),
-            ("src/fixed.rs", "use crate::parallel::*; fn f() { rayon::current_num_threads(); }"),
+            (
+                "src/fixed.rs",
+                "use rayon::iter::Either; use crate::parallel::*; fn f() { rayon::current_num_threads(); }",
+            ),
             ("src/boolean.rs", "use crate::grid::Axis; use crate::ldi::{Ldi, TooManySamples};"),
             ("src/integrate.rs", "#[cfg(test)]\nmod tests { use crate::sampler::Mode; use crate::mesh::ClosedMesh; }"),
             ("src/minkowski/ball/tests.rs", "use crate::mesh::ClosedMesh;"),

@@ -107,6 +107,11 @@ try {
     const more = `${numbers}${chart(CURVE + BAR, label(10, "mean A") + label(55, "mean B"))}${unfolded}<details><summary>More</summary><p>folded</p></details>`;
     const sound = await of(page({ more }));
     verdict(sound.length === 0, `a page with nothing wrong passes ${sound.join("; ")}`);
+    const late = `${SORT}; console.error("oh"); document.querySelector("section").append("only with scripts")`;
+    const all = await of(page({ style: "h2 { color: #ccc }", script: late, more: "<p>NaN mm</p><details><summary>More</summary><p>folded</p></details>" }));
+    const expected = ["console error: oh", "color-contrast", "says NaN", "text differs", "print: 1 parts are folded"];
+    const missed = expected.filter((text) => !all.some((finding) => finding.includes(text)));
+    verdict(missed.length === 0, `a page with a fault for every part has all found ${missed.join("; ")}`);
     for (const [part, broken] of Object.entries(BROKEN)) {
       for (const [name, [html, expected]] of Object.entries(broken)) {
         const found = await of(html, [part]);
