@@ -95,6 +95,15 @@ impl Expression {
         used.max().expect("an expression has an input")
     }
 
+    /// Returns the expression with other numbers of its inputs, several of which may become one.
+    pub(crate) fn renumbered(&self, number: impl Fn(usize) -> usize) -> Expression {
+        let renumbered = |term: &Term| match *term {
+            Term::Input(index) => Term::Input(number(index)),
+            operation => operation,
+        };
+        Expression { terms: self.terms.iter().map(renumbered).collect() }
+    }
+
     /// Returns the two inputs if the expression is the intersection of two different inputs and nothing else.
     pub fn intersection_of_two(&self) -> Option<[usize; 2]> {
         match self.terms[..] {

@@ -286,6 +286,11 @@ impl Bodies {
         }
     }
 
+    /// Returns whether a body grows.
+    pub fn grows(&self, body: u32) -> bool {
+        self.bodies[body as usize].rate != 0
+    }
+
     /// Returns the body of a face.
     pub fn body_of_face(&self, face: u32) -> u32 {
         self.bodies.partition_point(|body| body.faces.end <= face) as u32

@@ -101,8 +101,10 @@ pub fn mass_properties(
 ///
 /// It does not depend on threads. The order of triangles changes the properties within the rounding that they state.
 pub struct Solution<'a> {
-    inputs: Vec<&'a ClosedMesh>,
-    rule: Rule<'a>,
+    inputs: Distinct<'a>,
+    /// Over the distinct inputs.
+    expression: Expression,
+    fill: FillRule,
     arrangement: Arrangement,
     wholeness: Vec<Wholeness>,
 }
@@ -120,7 +122,7 @@ pub struct ExactMesh {
 
 impl<'a> Solution<'a> {
     /// Finds where the surfaces meet: of each input as a whole, or, where its winding numbers are not proved to be 0 and 1, of its
-    /// shells.
+    /// shells. Inputs with the same mesh are one.
     ///
     /// # Errors
     /// An input that is not consistently oriented; one of which a shell meets itself where the result depends on it; or one with a
@@ -128,37 +130,36 @@ impl<'a> Solution<'a> {
     ///
     /// # Panics
     /// Panics if there is no input, or if the expression refers to one that does not exist.
-    pub fn of(inputs: &[&'a ClosedMesh], expression: &'a Expression, fill: FillRule) -> Result<Solution<'a>, NotExact> {
-        Solution::of_bodies(inputs, Rule { expression, fill }, vec![Wholeness::Whole; inputs.len()], Growth::Resting)
+    pub fn of(inputs: &[&'a ClosedMesh], expression: &Expression, fill: FillRule) -> Result<Solution<'a>, NotExact> {
+        let inputs = Distinct::of(inputs);
+        let expression = expression.renumbered(|input| inputs.numbers[input]);
+        let wholeness = vec![Wholeness::Whole; inputs.meshes.len()];
+        Solution::of_bodies(inputs, expression, fill, wholeness)
     }
 
     fn of_bodies(
-        inputs: &[&'a ClosedMesh],
-        rule: Rule<'a>,
+        inputs: Distinct<'a>,
+        expression: Expression,
+        fill: FillRule,
         mut wholeness: Vec<Wholeness>,
-        growth: Growth,
     ) -> Result<Solution<'a>, NotExact> {
-        loop {
-            let (arrangement, near) =
-                Arrangement::of(inputs, &wholeness, (growth == Growth::Growing).then_some(rule.expression))?;
-            let unproved = arrangement.unproved(&near, &rule);
-            if unproved.is_empty() {
-                return Ok(Solution { inputs: inputs.to_vec(), rule, arrangement, wholeness });
-            }
-            for unproved in unproved {
-                match &mut wholeness[unproved.input] {
-                    Wholeness::Shells => return Err(unproved),
-                    whole => *whole = Wholeness::Shells,
-                }
-            }
+        let rule = Rule { expression: &expression, fill };
+        match proved(&inputs.meshes, rule, &mut wholeness, Growth::Resting) {
+            Ok(arrangement) => Ok(Solution { inputs, expression, fill, arrangement, wholeness }),
+            Err(NotExact { input, why }) => Err(NotExact { input: inputs.firsts[input], why }),
         }
+    }
+
+    fn rule(&self) -> Rule<'_> {
+        Rule { expression: &self.expression, fill: self.fill }
     }
 
     /// Returns volume, area, centroid and inertia.
     pub fn properties(&self) -> ExactProperties {
-        let with_meeting_shells =
-            (0..self.inputs.len()).filter(|&input| self.wholeness[input] == Wholeness::Shells).collect();
-        ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule) }
+        let has_meeting_shells = |&(_, &number): &(usize, &usize)| self.wholeness[number] == Wholeness::Shells;
+        let numbers = self.inputs.numbers.iter().enumerate();
+        let with_meeting_shells = numbers.filter(has_meeting_shells).map(|(input, _)| input).collect();
+        ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule()) }
     }
 
     /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
@@ -166,16 +167,17 @@ impl<'a> Solution<'a> {
     /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, as it suits the
     /// expression; walls or gaps of no thickness may be left at saddles, and where several operations contradict each other.
     pub fn mesh(&self, coordinates: Coordinates) -> ExactMesh {
-        let surface = |arrangement: &Arrangement| arrangement.surface(&self.rule, &self.inputs, coordinates);
+        let (rule, meshes) = (self.rule(), &self.inputs.meshes);
+        let surface = |arrangement: &Arrangement| arrangement.surface(&rule, meshes, coordinates);
         let grown = || {
-            let Solution { inputs, rule, arrangement, wholeness } = self;
-            let has_walls = arrangement.has_coincident_faces();
-            let grown = || Solution::of_bodies(inputs, *rule, wholeness.clone(), Growth::Growing).ok();
-            surface(&has_walls.then(grown)??.arrangement)
+            let has_walls = self.arrangement.has_coincident_faces();
+            let grown = || proved(meshes, rule, &mut self.wholeness.clone(), Growth::Growing).ok();
+            surface(&has_walls.then(grown)??)
         };
         let (mut mesh, mut sources) =
             grown().or_else(|| surface(&self.arrangement)).expect("outlines of proved bodies at rest are closed");
         checkpoint();
+        sources.iter_mut().for_each(|source| source.input = self.inputs.firsts[source.input as usize] as u32);
         let apart = take_apart(&mut mesh, &mut sources, coordinates.precision);
         ExactMesh { mesh, sources, apart }
     }
@@ -196,11 +198,63 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
             Ok(ExactProperties { mass, area_error: 0.0, with_meeting_shells: Vec::new() })
         }
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
-            let expression = Expression::input(0);
-            let rule = Rule { expression: &expression, fill };
-            Ok(Solution::of_bodies(&[mesh], rule, vec![Wholeness::Shells], Growth::Resting)?.properties())
+            let (inputs, expression) = (Distinct::of(&[mesh]), Expression::input(0));
+            Ok(Solution::of_bodies(inputs, expression, fill, vec![Wholeness::Shells])?.properties())
         }
         Err(why) => Err(NotExact { input: 0, why }),
+    }
+}
+
+/// Returns where the surfaces of solids meet, once their winding numbers are proved: of each as a whole, or of its shells, which
+/// `wholeness` then says.
+///
+/// # Errors
+/// See [`Solution::of`].
+fn proved(
+    solids: &[&ClosedMesh],
+    rule: Rule,
+    wholeness: &mut [Wholeness],
+    growth: Growth,
+) -> Result<Arrangement, NotExact> {
+    loop {
+        let growing_for = (growth == Growth::Growing).then_some(rule.expression);
+        let (arrangement, near) = Arrangement::of(solids, wholeness, growing_for)?;
+        let unproved = arrangement.unproved(&near, &rule);
+        if unproved.is_empty() {
+            return Ok(arrangement);
+        }
+        for unproved in unproved {
+            match &mut wholeness[unproved.input] {
+                Wholeness::Shells => return Err(unproved),
+                whole => *whole = Wholeness::Shells,
+            }
+        }
+    }
+}
+
+/// The different meshes among inputs. In the expression, the first input with a mesh stands for its copies, whose faces would all
+/// coincide with its own.
+struct Distinct<'a> {
+    meshes: Vec<&'a ClosedMesh>,
+    /// The number of each input's mesh.
+    numbers: Vec<usize>,
+    /// The first input with each mesh.
+    firsts: Vec<usize>,
+}
+
+impl<'a> Distinct<'a> {
+    fn of(inputs: &[&'a ClosedMesh]) -> Distinct<'a> {
+        let mut distinct = Distinct { meshes: Vec::new(), numbers: Vec::new(), firsts: Vec::new() };
+        for (input, &mesh) in inputs.iter().enumerate() {
+            let is_same = |other: &&ClosedMesh| other.bounds() == mesh.bounds() && other.mesh() == mesh.mesh();
+            let number = distinct.meshes.iter().position(is_same).unwrap_or(distinct.meshes.len());
+            if number == distinct.meshes.len() {
+                distinct.meshes.push(mesh);
+                distinct.firsts.push(input);
+            }
+            distinct.numbers.push(number);
+        }
+        distinct
     }
 }
 

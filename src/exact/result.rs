@@ -22,7 +22,7 @@ const SEGMENTS: usize = 4096;
 /// The triangle of an input that a triangle of a result lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// The index of the input.
+    /// The index of the input; of several with the same mesh, the first.
     pub input: u32,
     /// The index of its triangle.
     pub triangle: u32,

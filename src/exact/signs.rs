@@ -48,11 +48,19 @@ impl<'b> Vertex<'b> {
     }
 
     fn seen(&self, time: Time) -> Moving {
-        let speed = match (time, self.source) {
-            (Time::Growing, Some((bodies, number))) => bodies.growth(number, self.body),
-            _ => I64Vec3::ZERO,
+        let speed = match time {
+            Time::Growing => self.speed(),
+            Time::Resting => I64Vec3::ZERO,
         };
         Moving { at: self.at.as_i64vec3(), speed }
+    }
+
+    fn speed(&self) -> I64Vec3 {
+        self.source.map_or(I64Vec3::ZERO, |(bodies, number)| bodies.growth(number, self.body))
+    }
+
+    fn grows(&self) -> bool {
+        self.source.is_some_and(|(bodies, _)| bodies.grows(self.body))
     }
 }
 
@@ -182,9 +190,42 @@ impl<'b> Plane<'b> {
 
     #[cold]
     fn is_exactly_in_front(&self, point: &Vertex) -> bool {
-        let sign =
-            first_sign(self.height(point, Time::Resting)).or_else(|| first_sign(self.height(point, Time::Growing)));
-        sign.unwrap_or_else(|| is_along_translation(self.exact_normal(Time::Growing)) == (point.body > self.body))
+        match self.resting_height(point) {
+            0 => {}
+            height => return height > 0,
+        }
+        let grown = (self.corners[0].grows() || point.grows()).then(|| self.is_in_front_grown(point)).flatten();
+        grown.unwrap_or_else(|| self.faces_translation() == (point.body > self.body))
+    }
+
+    /// Returns whether a point in the plane at rest lies in front once bodies grow; `None` if it stays in the plane.
+    fn is_in_front_grown(&self, point: &Vertex) -> Option<bool> {
+        // The first coefficient of the height of a point that leaves a corner is that of its speed relative to the corner.
+        let leaves = |corner: &Vertex| {
+            let speed = (point.speed() - corner.speed()).as_dvec3();
+            Rounded { value: self.normal.dot(speed), error: DETERMINANT_ERROR * self.magnitude.dot(speed.abs()) }
+        };
+        let certain = self.corner_at(point.at).and_then(|corner| leaves(corner).is_positive());
+        certain.or_else(|| first_sign(self.height(point, Time::Growing)))
+    }
+
+    /// Returns whether a body that is translated later moves to the front.
+    fn faces_translation(&self) -> bool {
+        let along_x = Rounded { value: self.normal.x, error: DETERMINANT_ERROR * self.magnitude.x };
+        along_x.is_positive().unwrap_or_else(|| is_along_translation(self.exact_normal(Time::Growing)))
+    }
+
+    /// Returns the corner at a position.
+    fn corner_at(&self, position: DVec3) -> Option<&Vertex<'b>> {
+        self.corners.iter().find(|corner| corner.at == position)
+    }
+
+    /// Returns (b − a) × (c − a) · (p − a) at rest.
+    fn resting_height(&self, point: &Vertex) -> i128 {
+        match self.corner_at(point.at) {
+            Some(_) => 0,
+            None => self.height(point, Time::Resting)[0],
+        }
     }
 
     /// Returns the coefficients of (b − a) × (c − a) · (p − a).
@@ -217,7 +258,7 @@ impl<'b> Plane<'b> {
 
     /// Returns the heights of the ends of an edge that crosses the plane, in the lowest power of growth in which they differ.
     fn exact_heights(&self, ends: [&Vertex; 2]) -> (f64, f64) {
-        let resting = ends.map(|end| self.height(end, Time::Resting)[0]);
+        let resting = ends.map(|end| self.resting_height(end));
         if resting != [0; 2] {
             return (resting[0] as f64, resting[1] as f64);
         }
@@ -230,7 +271,7 @@ impl<'b> Plane<'b> {
     /// Returns whether the corners of a face lie in this plane.
     pub fn contains(&self, corners: &[Vertex; 3]) -> bool {
         let may_contain = |point: &Vertex| self.rounded_height(point.at).is_positive().is_none();
-        corners.iter().all(|corner| may_contain(corner) && self.height(corner, Time::Resting)[0] == 0)
+        corners.iter().all(|corner| may_contain(corner) && self.resting_height(corner) == 0)
     }
 
     /// Returns whether the crossing of an edge of another body and `through`, a plane of a third body or of this plane's,
@@ -311,7 +352,11 @@ fn edges_turn_exactly(edge: [&Vertex; 2], other: [&Vertex; 2]) -> bool {
         let ([u, v], [r, s]) = (edge.map(|end| end.seen(time)), other.map(|end| end.seen(time)));
         v.from(u).volume(r.from(u), s.from(u))
     };
-    let sign = first_sign(volume(Time::Resting)).or_else(|| first_sign(volume(Time::Growing)));
+    // Edges with a common end have no volume at rest.
+    let have_common_end = edge.iter().any(|end| other.iter().any(|of_other| of_other.at == end.at));
+    let resting = if have_common_end { None } else { first_sign(volume(Time::Resting)) };
+    let grow = edge[0].grows() || other[0].grows();
+    let sign = resting.or_else(|| grow.then(|| first_sign(volume(Time::Growing))).flatten());
     sign.unwrap_or_else(|| {
         let [[u, v], [r, s]] = [edge, other].map(|ends| ends.map(|end| end.seen(Time::Growing)));
         is_along_translation(s.from(r).cross(v.from(u))) == (other[0].body > edge[0].body)
@@ -471,7 +516,9 @@ mod tests {
     use proptest::array::uniform3;
     use proptest::prelude::*;
 
+    use super::super::bodies::{Lattice, Wholeness};
     use super::*;
+    use crate::mesh::{ClosedMesh, TriangleMesh};
 
     /// Returns the volume of three vectors by Sarrus' rule.
     fn volume([u, v, w]: [[i128; 3]; 3]) -> i128 {
@@ -497,8 +544,64 @@ mod tests {
         quotients.iter().fold([[1, 0], [0, 1]], |[last, one], q| [one, [last[0] + q * one[0], last[1] + q * one[1]]])
     }
 
+    /// Returns two tetrahedra as bodies that grow at some rates.
+    fn growing(corners: [[[i128; 3]; 4]; 2], rates: [i32; 2]) -> Bodies {
+        let [first, second] = corners.map(|corners| {
+            let positions = corners.map(|at| DVec3::from_array(at.map(|c| c as f64))).to_vec();
+            let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+            ClosedMesh::check(TriangleMesh { positions, triangles }).unwrap()
+        });
+        let lattice = Lattice::around(first.bounds().union(second.bounds()));
+        let mut bodies = Bodies::with_room_for(&[&first, &second]);
+        for (solid, mesh) in [first, second].iter().enumerate() {
+            bodies.add(solid, mesh, &lattice, Wholeness::Whole, Some(rates[solid])).unwrap();
+        }
+        bodies
+    }
+
+    fn tetrahedron() -> impl Strategy<Value = [[i128; 3]; 4]> {
+        let from = |a: [i128; 3], b: [i128; 3]| [0, 1, 2].map(|i| b[i] - a[i]);
+        let is_solid = move |&[a, b, c, d]: &[[i128; 3]; 4]| volume([b, c, d].map(|point| from(a, point))) != 0;
+        prop::array::uniform4(uniform3(0i128..3)).prop_filter("flat", is_solid)
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        /// Of few positions, so that most bodies have common corners and edges.
+        #[test]
+        fn bodies_with_common_corners_have_the_signs_of_all_coefficients(
+            first in tetrahedron(), second in tetrahedron(), rates in prop::array::uniform2(-2i32..3),
+        ) {
+            let bodies = growing([first, second], rates);
+            for (own, other) in [(0..4u32, 4..8u32), (4..8, 0..4)] {
+                let planes = || own.clone().map(|face| bodies.plane(face));
+                for (plane, beside) in planes().flat_map(|plane| other.clone().map(move |face| (plane, face))) {
+                    let beside = bodies.plane(beside);
+                    for point in &beside.corners {
+                        let height = |time| first_sign(plane.height(point, time));
+                        let expected = height(Time::Resting).or_else(|| height(Time::Growing)).unwrap_or_else(|| {
+                            is_along_translation(plane.exact_normal(Time::Growing)) == (point.body > plane.body)
+                        });
+                        prop_assert_eq!(plane.is_in_front(point), expected);
+                        prop_assert_eq!(plane.resting_height(point), plane.height(point, Time::Resting)[0]);
+                    }
+                    for (i, j) in (0..9).map(|pair| (pair / 3, pair % 3)) {
+                        let [u, v] = [&plane.corners[i], &plane.corners[(i + 1) % 3]];
+                        let [r, s] = [&beside.corners[j], &beside.corners[(j + 1) % 3]];
+                        let volume = |time| {
+                            let [u, v, r, s] = [u, v, r, s].map(|end| end.seen(time));
+                            first_sign(v.from(u).volume(r.from(u), s.from(u)))
+                        };
+                        let expected = volume(Time::Resting).or_else(|| volume(Time::Growing)).unwrap_or_else(|| {
+                            let [u, v, r, s] = [u, v, r, s].map(|end| end.seen(Time::Growing));
+                            is_along_translation(s.from(r).cross(v.from(u))) == (beside.body > plane.body)
+                        });
+                        prop_assert_eq!(edges_turn([u, v], [r, s]), expected);
+                    }
+                }
+            }
+        }
 
         /// Four points a few steps from a long line: the products of their coordinates are 2^70 times the volume.
         #[test]

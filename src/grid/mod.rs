@@ -183,8 +183,7 @@ impl Grid {
         let longest = extent.max_element();
         // Volumes must be normal numbers, too.
         let is_measurable = (longest * longest * longest).is_normal();
-        let step_is_normal = (pitch / f64::from(1u32 << 30)).is_normal();
-        if !(is_measurable && longest > 0.0 && pitch.is_finite() && step_is_normal && bounds.min.is_finite()) {
+        if !(is_measurable && longest > 0.0 && pitch.is_finite() && bounds.min.is_finite()) {
             return Err(GridError::NoExtent { longest });
         }
         // A side that is a whole number of pitches to within rounding gets no extra ray.

@@ -11,7 +11,11 @@ use glam::DVec3;
 use super::fans::{retain, separate};
 use super::manifold::{Stars, welded};
 use crate::mesh::{Precision, TriangleMesh};
+use crate::parallel::*;
 use crate::union_find::UnionFind;
+
+/// Number of triangles that one task looks at, at least.
+const CHUNK: usize = 4096;
 
 /// Most rounds of steps; each begins with the vertices that still fall together.
 const ROUNDS: i32 = 64;
@@ -30,17 +34,17 @@ pub struct Apart {
 /// triangle, follow the triangles.
 pub(crate) fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, precision: Precision) -> Apart {
     let mut apart = Apart::default();
-    let groups = equal_positions(mesh, precision);
-    if !groups.is_empty() {
-        join_opposite(mesh, sources, &lowest_of(&groups));
+    let pairs = equal_positions(mesh, precision);
+    if !pairs.is_empty() {
+        join_opposite(mesh, sources, &lowest_of(&pairs, mesh));
     }
     let is_separated = separate(mesh, sources, precision);
     // What is separated has copies of vertices.
-    if groups.is_empty() && !is_separated {
+    if pairs.is_empty() && !is_separated {
         return apart;
     }
-    apart.merged = contract_edges(mesh, sources, &equal_positions(mesh, precision));
-    let joined = join_edges(mesh, sources, &lowest_of(&equal_positions(mesh, precision)));
+    apart.merged = contract_edges(mesh, sources, &groups(&equal_positions(mesh, precision)));
+    let joined = join_edges(mesh, sources, &equal_positions(mesh, precision));
     if joined > 0 {
         apart.merged += joined;
         separate(mesh, sources, precision);
@@ -49,17 +53,23 @@ pub(crate) fn take_apart<S: Copy>(mesh: &mut TriangleMesh, sources: &mut Vec<S>,
     apart
 }
 
-/// Gives triangles that lie on each other and face opposite ways the same vertices, so that they bound nothing. `lowest` has the
-/// vertices whose position others have, too, each with the lowest of these.
-fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &HashMap<u32, u32>) {
-    let mut sides: HashMap<[u32; 3], [Vec<[u32; 3]>; 2]> = HashMap::new();
-    for triangle in &mesh.triangles {
+/// The entry in [`lowest_of`] of a vertex whose position no other has.
+const ALONE: u32 = u32::MAX;
+
+/// A triangle that may lie on others: the numbers of its corners' positions, the lowest first and the highest last; whether this
+/// reverses the triangle; its number; and its corners in the same order.
+type Side = ([u32; 3], bool, u32, [u32; 3]);
+
+/// Gives triangles that lie on each other and face opposite ways the same vertices, so that they bound nothing. `lowest` is
+/// what [`lowest_of`] returns.
+fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &[u32]) {
+    let side = |(&triangle, number): (&[u32; 3], u32)| -> Option<Side> {
         // Each corner with the number of its position.
-        let mut corners = triangle.map(|vertex| (*lowest.get(&vertex).unwrap_or(&vertex), vertex));
+        let mut corners = triangle.map(|vertex| (lowest[vertex as usize].min(vertex), vertex));
         let [a, b, c] = corners.map(|(position, _)| position);
-        let may_join = triangle.iter().any(|vertex| lowest.contains_key(vertex));
+        let may_join = triangle.iter().any(|&vertex| lowest[vertex as usize] != ALONE);
         if !may_join || a == b || b == c || c == a {
-            continue;
+            return None;
         }
         let first = (0..3).min_by_key(|&i| corners[i].0).unwrap_or(0);
         corners.rotate_left(first);
@@ -67,13 +77,17 @@ fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &Hash
         if is_back {
             corners.swap(1, 2);
         }
-        let [positions, own] = [corners.map(|(position, _)| position), corners.map(|(_, vertex)| vertex)];
-        sides.entry(positions).or_default()[usize::from(is_back)].push(own);
-    }
+        Some((corners.map(|(position, _)| position), is_back, number, corners.map(|(_, vertex)| vertex)))
+    };
+    let triangles = &mesh.triangles;
+    let mut sides: Vec<Side> =
+        triangles.par_iter().zip(0..triangles.len() as u32).with_min_len(CHUNK).filter_map(side).collect();
+    sides.par_sort_unstable();
     let vertices = UnionFind::new(mesh.positions.len() as u32);
     let mut has_joined = false;
-    for [front, back] in sides.into_values() {
-        for (one, other) in front.iter().zip(&back) {
+    for same in sides.chunk_by(|one, other| one.0 == other.0) {
+        let (front, back) = same.split_at(same.partition_point(|(_, is_back, ..)| !is_back));
+        for ((.., one), (.., other)) in front.iter().zip(back) {
             one.iter().zip(other).for_each(|(&a, &b)| vertices.join(a, b));
             has_joined = true;
         }
@@ -92,15 +106,22 @@ fn join<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, vertices: &UnionFind) 
     (0..).zip(&kept_vertices).filter(|(vertex, kept)| vertex != *kept).count()
 }
 
-/// Returns the vertices of each position that several have, once they are rounded.
-fn equal_positions(mesh: &TriangleMesh, precision: Precision) -> Vec<Vec<u32>> {
+/// Returns the vertices whose position others have, too, once they are rounded: pairs of the lowest and another one, in order.
+fn equal_positions(mesh: &TriangleMesh, precision: Precision) -> Vec<[u32; 2]> {
     let all_used = vec![true; mesh.positions.len()];
-    groups(&welded(mesh, &all_used, precision))
+    let mut pairs = welded(mesh, &all_used, precision);
+    pairs.par_sort_unstable();
+    pairs
 }
 
-/// Returns the vertices in groups, each with the lowest of its group.
-fn lowest_of(groups: &[Vec<u32>]) -> HashMap<u32, u32> {
-    groups.iter().flat_map(|group| group.iter().map(|&vertex| (vertex, group[0]))).collect()
+/// Returns for each vertex the lowest with its position, or [`ALONE`].
+fn lowest_of(pairs: &[[u32; 2]], mesh: &TriangleMesh) -> Vec<u32> {
+    let mut lowest = vec![ALONE; mesh.positions.len()];
+    for &[first, other] in pairs {
+        lowest[first as usize] = first;
+        lowest[other as usize] = first;
+    }
+    lowest
 }
 
 /// Contracts edges without length where the surface stays a manifold, and returns their number.
@@ -114,14 +135,19 @@ fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, groups: &[Ve
     merged
 }
 
-/// Makes one of vertices of one position that an edge joins, whatever meets there, and returns the number that are gone. `lowest`
-/// is as for [`join_opposite`].
-fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &HashMap<u32, u32>) -> usize {
+/// Makes one of vertices of one position that an edge joins, whatever meets there, and returns the number that are gone. `pairs`
+/// are those of [`equal_positions`].
+fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, pairs: &[[u32; 2]]) -> usize {
+    if pairs.is_empty() {
+        return 0;
+    }
+    let lowest = lowest_of(pairs, mesh);
     let vertices = UnionFind::new(mesh.positions.len() as u32);
     let mut has_joined = false;
-    for &[a, b, c] in mesh.triangles.iter().filter(|_| !lowest.is_empty()) {
+    for &[a, b, c] in &mesh.triangles {
         for [from, to] in [[a, b], [b, c], [c, a]] {
-            if from < to && lowest.get(&from).is_some_and(|position| lowest.get(&to) == Some(position)) {
+            let [position, other] = [from, to].map(|vertex| lowest[vertex as usize]);
+            if from < to && position != ALONE && position == other {
                 vertices.join(from, to);
                 has_joined = true;
             }
@@ -130,10 +156,8 @@ fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &HashMap
     if has_joined { join(mesh, sources, &vertices) } else { 0 }
 }
 
-/// Returns vertices that pairs connect, in groups.
+/// Returns the vertices of pairs, as [`equal_positions`] returns them, in groups of one position.
 fn groups(pairs: &[[u32; 2]]) -> Vec<Vec<u32>> {
-    let mut pairs = pairs.to_vec();
-    pairs.sort_unstable();
     let group = |same: &[[u32; 2]]| [same[0][0]].into_iter().chain(same.iter().map(|pair| pair[1])).collect();
     pairs.chunk_by(|a, b| a[0] == b[0]).map(group).collect()
 }
@@ -224,12 +248,12 @@ fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
     let mut moved = HashSet::new();
     let mut stars = None;
     for round in 1..=ROUNDS {
-        let groups = equal_positions(mesh, precision);
-        if groups.is_empty() {
+        let pairs = equal_positions(mesh, precision);
+        if pairs.is_empty() {
             break;
         }
         let stars = stars.get_or_insert_with(|| Stars::of(mesh));
-        for group in groups {
+        for group in groups(&pairs) {
             // The first stays, and each further one goes farther.
             for (steps, &vertex) in (0..).zip(&group).skip(1) {
                 let inwards = inwards(mesh, stars, vertex);

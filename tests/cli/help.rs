@@ -132,6 +132,7 @@ fn wrong_usage_exits_with_two() {
             &["volume", "a.stl", "--pitch", "1e-9", "--estimate"],
             &["a.stl", "65536", "the least --pitch is 3.051805e-5"],
         ),
+        (&["volume", "a.stl", "--pitch", "1e-300", "--estimate"], &["a.stl", "the least --pitch is 3.051805e-5"]),
         (&["volume", "a.stl", "--tolerance", "0"], &["between 0 and 100 %"]),
         (&["volume", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
         (&["volume", "a.stl", "--axis", "w"], &["'w'", "x, y, z, all"]),

@@ -100,12 +100,17 @@ fn touching_cubes_share_no_volume() {
 fn booleans_of_coincident_cubes_are_exact() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 1.0));
-    folder.stl("b.stl", &cube(0.0, 1.0));
-    for mode in ["over", "exact", "under"] {
-        let volume = |command| folder.volume(&[command, "a.stl", "b.stl", "--mode", mode, "--resolution", "64"]);
-        assert_near(volume("intersect"), 1.0, 1e-7);
-        assert_near(volume("union"), 1.0, 1e-7);
-        assert_eq!((volume("difference"), volume("xor")), (0.0, 0.0), "{mode}");
+    let mut reversed = cube(0.0, 1.0);
+    reversed.reverse();
+    folder.stl("b.stl", &reversed);
+    // Of a copy, and of another mesh of the same cube.
+    for other in ["a.stl", "b.stl"] {
+        for mode in ["over", "exact", "under"] {
+            let volume = |command| folder.volume(&[command, "a.stl", other, "--mode", mode, "--resolution", "64"]);
+            assert_near(volume("intersect"), 1.0, 1e-7);
+            assert_near(volume("union"), 1.0, 1e-7);
+            assert_eq!((volume("difference"), volume("xor")), (0.0, 0.0), "{mode}");
+        }
     }
 }
 

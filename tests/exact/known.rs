@@ -3,10 +3,11 @@
 use glam::DVec3;
 use ldi_ops::boolean::BooleanOperation;
 use ldi_ops::boolean::Expression;
-use ldi_ops::exact::{mass_properties, of_solid};
-use ldi_ops::mesh::{ClosedMesh, MassProperties, TriangleMesh};
+use ldi_ops::exact::{Solution, Source, mass_properties, of_solid};
+use ldi_ops::mesh::{ClosedMesh, MassProperties, Precision, TriangleMesh};
 use ldi_ops::sampler::FillRule;
 use ldi_ops::solids;
+use ldi_ops::surface::Coordinates;
 
 use super::OPERATIONS;
 
@@ -21,6 +22,12 @@ fn volume(operation: BooleanOperation, meshes: &[&ClosedMesh]) -> MassProperties
 
 fn cube(corner: DVec3, side: f64) -> TriangleMesh {
     solids::cuboid(corner, corner + DVec3::splat(side)).unwrap()
+}
+
+/// Returns a mesh with other corners first, which is no copy: of a copy, no face counts.
+fn turned(mut mesh: TriangleMesh) -> TriangleMesh {
+    mesh.triangles.iter_mut().for_each(|triangle| triangle.rotate_left(1));
+    mesh
 }
 
 fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
@@ -45,7 +52,7 @@ fn cubes_have_exact_volumes() {
         (DVec3::new(2.0, 0.0, 0.0), 0.0),
         (DVec3::splat(9.0), 0.0),
     ] {
-        let b = closed(cube(corner, 2.0));
+        let b = closed(turned(cube(corner, 2.0)));
         let found = OPERATIONS.map(|operation| volume(operation, &[&a, &b]).volume);
         let expected = [common, 16.0 - common, 8.0 - common, 16.0 - 2.0 * common];
         for (found, expected) in found.into_iter().zip(expected) {
@@ -96,7 +103,7 @@ fn coincident_faces_bound_the_result_only_where_it_ends() {
         (DVec3::ZERO, [24.0, 24.0, 0.0, 0.0]),
         (DVec3::new(1.0, 0.0, 0.0), [16.0, 32.0, 16.0, 32.0]),
     ] {
-        let b = closed(cube(corner, 2.0));
+        let b = closed(turned(cube(corner, 2.0)));
         for pair in [[&a, &b], [&b, &a]] {
             let found = OPERATIONS.map(|operation| volume(operation, &pair).area);
             for (found, expected) in found.into_iter().zip(areas) {
@@ -104,6 +111,57 @@ fn coincident_faces_bound_the_result_only_where_it_ends() {
             }
         }
     }
+}
+
+#[test]
+fn a_copy_of_an_input_is_that_input_again() {
+    let [torus, other] = [solids::torus(3.0, 1.0, 40, 24), solids::geodesic(2.0, 8)].map(|mesh| closed(mesh.unwrap()));
+    let copy = torus.clone();
+    let of = |inputs: &[&ClosedMesh], text: &str| {
+        let expression = Expression::parse(text, &["a", "b", "c"][..inputs.len()]).unwrap();
+        let solution = Solution::of(inputs, &expression, FillRule::NonZero).unwrap();
+        (solution.properties(), solution.mesh(Coordinates { precision: Precision::Double, ..Coordinates::default() }))
+    };
+    let (alone, mesh) = of(&[&torus], "a");
+    for text in ["a & b", "a | b", "b & a"] {
+        let (found, same) = of(&[&torus, &copy], text);
+        assert_eq!((found, &same.mesh), (alone.clone(), &mesh.mesh), "{text}");
+        assert_eq!(same.mesh.triangles.len(), torus.mesh().triangles.len());
+        assert!(same.sources.iter().all(|source| source.input == 0));
+    }
+    for text in ["a - b", "b ^ a"] {
+        let (found, none) = of(&[&torus, &copy], text);
+        assert_eq!((found.mass.volume, found.mass.area, none.mesh.triangles.len()), (0.0, 0.0, 0), "{text}");
+    }
+    // The other input keeps its number, and its triangles theirs.
+    let (expected, without) = of(&[&torus, &other], "a - b");
+    let (found, with) = of(&[&torus, &copy, &other], "(a | b) - c");
+    assert_eq!((found, &with.mesh), (expected, &without.mesh));
+    // Beside a copy, another input may have faces that coincide with both.
+    let [cube, copy, beside] = [DVec3::ZERO, DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0)].map(|at| closed(cube(at, 2.0)));
+    let (found, flush) = of(&[&cube, &copy, &beside], "a | b | c");
+    assert!((found.mass.volume - 16.0).abs() < 1e-12 && (found.mass.area - 40.0).abs() < 1e-12, "{found:?}");
+    assert!((flush.mesh.area() - 40.0).abs() < 1e-12);
+    let numbered = |sources: &[Source], number| sources.iter().filter(|source| source.input == number).count();
+    let count = numbered(&without.sources, 1);
+    assert_eq!((numbered(&with.sources, 1), numbered(&with.sources, 2)), (0, count));
+    assert!(count > 0);
+}
+
+#[test]
+fn a_copy_of_an_input_has_its_shells_and_its_faults() {
+    let crossing = closed(together(&[cube(DVec3::ZERO, 2.0), cube(DVec3::ONE, 2.0)]));
+    let (copy, far) = (crossing.clone(), closed(cube(DVec3::splat(9.0), 1.0)));
+    let union = Expression::of_inputs(BooleanOperation::Union, 3);
+    let found = mass_properties(&[&far, &crossing, &copy], &union, FillRule::NonZero).unwrap();
+    assert_eq!(found.with_meeting_shells, [1, 2]);
+    assert!((found.mass.volume - 16.0).abs() < 1e-12);
+    // Closed, but not oriented.
+    let mut turned = cube(DVec3::ZERO, 2.0);
+    turned.triangles[0].swap(1, 2);
+    let turned = closed(turned);
+    let fault = |inputs: &[&ClosedMesh]| mass_properties(inputs, &union, FillRule::NonZero).unwrap_err().input;
+    assert_eq!([fault(&[&far, &turned, &turned]), fault(&[&far, &far, &turned])], [1, 2]);
 }
 
 #[test]
