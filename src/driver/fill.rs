@@ -45,10 +45,9 @@ impl FillDifference {
 
     /// Returns the exact volumes under both rules, or else [those on a raster](FillDifference::of).
     pub fn exact(solid: &Solid) -> Result<Option<FillDifference>, Error> {
-        let volume = |fill| Some(exact::of_solid(solid.closed()?, fill).ok()?.mass.volume);
-        match (volume(FillRule::EvenOdd), volume(FillRule::NonZero)) {
-            (Some(even_odd), Some(non_zero)) => Ok(Some(FillDifference { is_exact: true, even_odd, non_zero })),
-            _ => FillDifference::of(solid),
+        match solid.closed().and_then(|mesh| exact::volumes_of_solid(mesh).ok()) {
+            Some([even_odd, non_zero]) => Ok(Some(FillDifference { is_exact: true, even_odd, non_zero })),
+            None => FillDifference::of(solid),
         }
     }
 

@@ -9,15 +9,17 @@ use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
 use super::near::Near;
 use super::pieces::Pieces;
-use super::segments::{Meeting, Segment, meet};
+use super::segments::{Meeting, Segment, meet, meet_beyond};
 use super::signs::Plane;
+use super::stars::Stars;
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
 use super::{ExactProperties, NotExact, Rule, Source, fronts, growth, result};
 use crate::boolean::Expression;
 use crate::cancel::checkpoint;
-use crate::mesh::{Aabb, ClosedMesh, TriangleMesh, Unproved};
+use crate::mesh::meet::{are_parted, widest_axis};
+use crate::mesh::{self, Aabb, ClosedMesh, TriangleMesh, Unproved};
 use crate::surface::Coordinates;
 
 /// The surfaces of all solids.
@@ -27,6 +29,8 @@ pub(super) struct Arrangement {
     bodies: Bodies,
     segments: Vec<Segment>,
     coincident: Vec<Coincident>,
+    /// The area in which faces of one body overlap, in square lattice steps.
+    own_overlap: f64,
     crossings: Crossings,
     triples: Triples,
     windings: Windings,
@@ -54,28 +58,49 @@ impl Arrangement {
         }
         let near: Vec<Option<Near>> =
             (0..bodies.bodies.len()).into_par_iter().map(|own| Near::of(own, &bodies)).collect();
-        let (segments, coincident) = find_meetings(&bodies, &near)?;
+        let (mut segments, coincident) = find_meetings(&bodies, &near)?;
+        let mut own_overlap = 0.0;
+        for meeting in find_own_meetings(&bodies, &near) {
+            segments.extend(meeting.segment);
+            own_overlap += meeting.overlap;
+        }
         let crossings = Crossings::of(&segments, &bodies);
         checkpoint();
-        let windings = Windings::of(&bodies, solids.len(), &crossings, &near);
-        // Three faces of different bodies meet.
+        let stars = Stars::of(&segments, &bodies);
+        let windings = Windings::of(&bodies, solids.len(), (&crossings, stars), &near);
+        let has_crossed = bodies.bodies.iter().any(|body| body.is_crossed);
+        // Three faces meet of different bodies, or of one that meets itself.
         let triples = match bodies.bodies.len() {
-            0..=2 => Triples::default(),
+            0..=2 if !has_crossed => Triples::default(),
             _ => Triples::of(&segments, &crossings, &bodies),
         };
-        let found =
-            Arrangement { solids: solids.len(), lattice, bodies, segments, coincident, crossings, triples, windings };
+        if let Some(face) = bodies.touching_face() {
+            return Err(bodies.refusal(face, |triangle| Unproved::Touches { triangle }));
+        }
+        let found = Arrangement {
+            solids: solids.len(),
+            lattice,
+            bodies,
+            segments,
+            coincident,
+            own_overlap,
+            crossings,
+            triples,
+            windings,
+        };
         Ok((found, near))
     }
 
     /// Returns the first reason of each solid why a winding number on which the result depends is not proved.
     pub fn unproved(&self, near: &[Option<Near>], rule: &Rule) -> Vec<NotExact> {
-        let mut is_crossed = vec![false; self.bodies.faces.len()];
-        self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_crossed[face as usize] = true);
+        let mut is_met = vec![false; self.bodies.faces.len()];
+        self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_met[face as usize] = true);
         let reason = |(own, body): (usize, &Body)| {
             checkpoint();
-            let why =
-                fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_crossed, &self.windings), rule).err()?;
+            if body.is_crossed {
+                return None;
+            }
+            let why = fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_met, &self.windings), rule).err()?;
             Some(NotExact { input: body.solid, why: body.as_given(why) })
         };
         let mut found: Vec<NotExact> = self.bodies.bodies.par_iter().enumerate().filter_map(reason).collect();
@@ -94,7 +119,7 @@ impl Arrangement {
     }
 
     /// Returns the surface of the result, once nothing is unproved, with the source of each triangle. The solids are those of the
-    /// arrangement. `None` if outlines do not close, which happens only to bodies that touch themselves while they grow.
+    /// arrangement. `None` if outlines do not close, which happens only to proved bodies that touch themselves while they grow.
     pub fn surface(
         &self,
         rule: &Rule,
@@ -121,10 +146,13 @@ impl Arrangement {
         let square = self.lattice.step * self.lattice.step;
         let mut area_error = 0.0;
         match &bodies.bodies[..] {
-            [first, second] => {
+            [first, second] if !first.is_crossed && !second.is_crossed => {
                 mass.area += square * coincident::area_change(&self.coincident, [first, second], rule, self.solids)
             }
-            _ => area_error = 2.0 * square * self.coincident.iter().map(|pair| pair.area).sum::<f64>(),
+            _ => {
+                let overlap = self.own_overlap + self.coincident.iter().map(|pair| pair.area).sum::<f64>();
+                area_error = 2.0 * square * overlap;
+            }
         }
         ExactProperties { mass, area_error, with_meeting_shells: Vec::new() }
     }
@@ -139,11 +167,11 @@ fn find_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Result<(Vec<Segment>
     let least_flat = AtomicU32::new(u32::MAX);
     let plane = |face: u32| {
         let plane = bodies.plane(face);
-        match plane.is_flat() {
-            true => _ = least_flat.fetch_min(face, Ordering::Relaxed),
-            false => return Some((face, plane)),
+        if plane.is_flat() && !all[plane.body as usize].is_crossed {
+            least_flat.fetch_min(face, Ordering::Relaxed);
+            return None;
         }
-        None
+        Some((face, plane))
     };
     type Prepared<'b> = Option<(u32, Plane<'b>)>;
     let look = |first: &Prepared, second: &Prepared| {
@@ -167,10 +195,65 @@ fn find_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Result<(Vec<Segment>
     }
     match least_flat.into_inner() {
         u32::MAX => Ok((segments, coincident)),
-        face => {
-            let body = &all[bodies.body_of_face(face) as usize];
-            let why = body.as_given(Unproved::Flat { triangle: (face - body.faces.start) as usize });
-            Err(NotExact { input: body.solid, why })
-        }
+        face => Err(bodies.refusal(face, |triangle| Unproved::Flat { triangle })),
     }
+}
+
+/// Two faces of one body that meet elsewhere than in a corner or a side that they share, before the body trembles.
+struct OwnMeeting {
+    /// The segment in which they meet once it trembles.
+    segment: Option<Segment>,
+    /// The area in which they overlap if they are coplanar, in square lattice steps.
+    overlap: f64,
+}
+
+/// Returns where faces of bodies that meet themselves meet.
+fn find_own_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Vec<OwnMeeting> {
+    let mut found = Vec::new();
+    for (body, near) in bodies.bodies.iter().zip(near).filter(|(body, _)| body.is_crossed) {
+        checkpoint();
+        let all;
+        let tree = match near.as_ref().and_then(Near::whole) {
+            Some(tree) => tree,
+            None => {
+                all = bodies.tree(body);
+                &all
+            }
+        };
+        let prepare = |place: usize| {
+            let face = tree.faces()[place];
+            (face, bodies.plane(face))
+        };
+        let look = |(f, plane_of_f): &(u32, Plane), (g, plane_of_g): &(u32, Plane)| {
+            if plane_of_f.is_beside(plane_of_g) || plane_of_g.is_beside(plane_of_f) {
+                return None;
+            }
+            let (f, g, planes) = (*f, *g, [plane_of_f, plane_of_g]);
+            let [of_f, of_g] = [f, g].map(|face| bodies.faces[face as usize]);
+            let shared = of_g.map(|point| of_f.iter().position(|&own| own == point).unwrap_or(3));
+            let corners = planes.map(Plane::positions);
+            if are_parted(&corners[0], &corners[1], shared, widest_axis(corners[0])) {
+                return None;
+            }
+            let place_of = |point: u32| bodies.points[point as usize];
+            // The test is not one for faces without area.
+            if !planes.iter().any(|plane| plane.is_flat()) && !mesh::meet::meet(of_f, of_g, place_of) {
+                return None;
+            }
+            let sharing: Vec<usize> = (0..3).filter(|&corner| shared[corner] < 3).collect();
+            let segment = match sharing[..] {
+                [] => match meet([f, g], planes[0], planes[1]) {
+                    Some(Meeting::Segment(segment)) => Some(segment),
+                    _ => None,
+                },
+                [corner] => meet_beyond([f, g], planes, [shared[corner], corner]),
+                // Faces that share a side are not folded flat once they tremble.
+                _ => None,
+            };
+            let overlap = coincident::overlap(planes[0], planes[1]).map_or(0.0, |overlap| overlap.area);
+            Some(OwnMeeting { segment, overlap })
+        };
+        found.extend(tree.own_pairs(|_| true, prepare, look));
+    }
+    found
 }

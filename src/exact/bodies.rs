@@ -1,14 +1,17 @@
-//! Solids on a lattice of integers, as bodies: closed surfaces with a winding number of 0 and 1 wherever that matters.
+//! Solids on a lattice of integers, as bodies: closed surfaces with a known winding number.
 //!
 //! A solid is taken to be one body. Where that cannot be proved (`fronts`), each of its shells is to be one; shells may overlap.
+//! Where that cannot be proved either, shells meet themselves, and their own winding numbers are counted as those of others.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::parallel::*;
 use glam::{DVec3, I64Vec3};
 
 use super::growth::Directions;
 use super::signs::{Plane, Vertex};
+use super::{NotExact, crossed};
 use crate::allocation::vec_with_room;
 use crate::box_tree::Box32;
 use crate::face_tree::FaceTree;
@@ -84,6 +87,8 @@ pub(super) enum Wholeness {
     Whole,
     /// Each shell is a body, as some meet.
     Shells,
+    /// Each shell is a body that meets itself.
+    Crossed,
 }
 
 /// A closed surface.
@@ -96,10 +101,15 @@ pub(super) struct Body {
     pub extent: Box32,
     /// The boxes of runs of faces that follow one another, [`FACES_OF_RUN`] each.
     runs: Vec<Box32>,
-    /// Its winding number in front of its faces; behind them it is one more.
+    /// Its winding number in front of its faces; behind them it is one more. Of a body that meets itself, a number from which those in
+    /// front of its faces are counted.
     pub front: i32,
+    /// True if its faces may meet one another.
+    pub is_crossed: bool,
     /// The rate at which it grows.
     rate: i32,
+    /// True if bodies grow.
+    is_growing: bool,
     /// The number of each face in the mesh as given, unless all are in order.
     numbers: Option<Vec<u32>>,
     /// The number of each point in the mesh as given, unless all are in order.
@@ -138,6 +148,8 @@ pub(super) struct Bodies {
     /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
     pub displaced: f64,
     directions: Directions,
+    /// The complement of the lowest point at which a body was found to touch itself although it trembles.
+    touching: AtomicU32,
     /// The numbers of points and of faces that there will be at most.
     room: [usize; 2],
 }
@@ -171,12 +183,16 @@ impl Bodies {
         self.displaced += displaced;
         match wholeness {
             Wholeness::Whole => {
-                self.push(solid, mesh, wholeness, SHELLS * rate.unwrap_or(0), [numbers, vertices]);
+                self.push(solid, mesh, wholeness, rate.map(|rate| SHELLS * rate), [numbers, vertices]);
             }
-            Wholeness::Shells => {
+            Wholeness::Shells | Wholeness::Crossed => {
+                let (mesh, numbers, vertices) = match wholeness {
+                    Wholeness::Crossed => crossed::prepare(mesh, numbers, vertices),
+                    _ => (mesh, numbers, vertices),
+                };
                 // Shells grow at different rates, so that those that are flush part.
                 for (number, faces) in (0..).zip(shells(&mesh)) {
-                    let rate = rate.map_or(0, |rate| SHELLS * rate + i32::min(number, SHELLS - 1));
+                    let rate = rate.map(|rate| SHELLS * rate + i32::min(number, SHELLS - 1));
                     let (shell, points) =
                         mesh.of_triangles(faces.iter().map(|&face| mesh.triangles[face as usize]).collect());
                     let as_given = |numbers: &Option<Vec<u32>>, own: Vec<u32>| match numbers {
@@ -196,7 +212,7 @@ impl Bodies {
         solid: usize,
         mesh: TriangleMesh,
         wholeness: Wholeness,
-        rate: i32,
+        rate: Option<i32>,
         [numbers, vertices]: [Option<Vec<u32>>; 2],
     ) {
         let (point, face) = (self.points.len() as u32, self.faces.len() as u32);
@@ -205,8 +221,10 @@ impl Bodies {
         let (turn, front) = match wholeness {
             // Inside-out, a whole solid is the same solid.
             Wholeness::Whole => (is_inside_out, 0),
-            Wholeness::Shells => (false, if is_inside_out { -1 } else { 0 }),
+            _ => (false, if is_inside_out { -1 } else { 0 }),
         };
+        let is_crossed = wholeness == Wholeness::Crossed;
+        let (rate, is_growing) = (rate.unwrap_or(0), rate.is_some());
         let renumber = |[a, b, c]: [u32; 3]| {
             let [b, c] = if turn { [c, b] } else { [b, c] };
             [a, b, c].map(|index| index + point)
@@ -222,7 +240,19 @@ impl Bodies {
             self.faces.par_extend(mesh.triangles.into_par_iter().map(renumber));
         }
         let (points, faces) = (point..self.points.len() as u32, face..self.faces.len() as u32);
-        self.bodies.push(Body { solid, faces, points, extent, runs, front, rate, numbers, vertices });
+        self.bodies.push(Body {
+            solid,
+            faces,
+            points,
+            extent,
+            runs,
+            front,
+            is_crossed,
+            rate,
+            is_growing,
+            numbers,
+            vertices,
+        });
     }
 
     /// Returns the corners of a face.
@@ -272,23 +302,68 @@ impl Bodies {
         Plane::new(self.faces[face as usize].map(|point| Vertex::of(self, point, body)))
     }
 
+    /// Returns a point.
+    pub fn vertex(&self, point: u32) -> Vertex<'_> {
+        Vertex::of(self, point, self.body_of_point(point))
+    }
+
+    /// Returns the corners of a face from one of them on.
+    pub fn corners_from(&self, face: u32, point: u32) -> [u32; 3] {
+        let corners = self.faces[face as usize];
+        let first = corners.iter().position(|&corner| corner == point).expect("the point is a corner of the face");
+        [0, 1, 2].map(|i| corners[(first + i) % 3])
+    }
+
     /// Returns the ends of an edge.
     pub fn ends(&self, edge: [u32; 2]) -> [Vertex<'_>; 2] {
         let body = self.body_of_point(edge[0]);
         edge.map(|point| Vertex::of(self, point, body))
     }
 
-    /// Returns the vector, in infinitesimal steps, by which a point of a body moves as the body grows.
+    /// Returns the vector, in infinitesimal steps, by which a point of a body moves as the body grows or trembles.
     pub fn growth(&self, point: u32, body: u32) -> I64Vec3 {
-        match self.bodies[body as usize].rate {
+        let &Body { rate, is_crossed, is_growing, .. } = &self.bodies[body as usize];
+        let grown = match rate {
             0 => I64Vec3::ZERO,
             rate => i64::from(rate) * self.directions.of(self, point),
+        };
+        match (is_crossed, is_growing) {
+            (false, _) => grown,
+            (true, false) => crossed::tremor(point),
+            // Growth decides where faces of two bodies coincide.
+            (true, true) => grown + (crossed::tremor(point) >> 16),
         }
     }
 
-    /// Returns whether a body grows.
+    /// Returns whether a body grows or trembles.
     pub fn grows(&self, body: u32) -> bool {
-        self.bodies[body as usize].rate != 0
+        let body = &self.bodies[body as usize];
+        body.rate != 0 || body.is_crossed
+    }
+
+    /// Notes that the body of a point touches itself there, or at a face of that point, if it is one that meets itself.
+    pub fn note_touching(&self, point: u32) {
+        if self.bodies[self.body_of_point(point) as usize].is_crossed {
+            self.touching.fetch_max(!point, Ordering::Relaxed);
+        }
+    }
+
+    /// Returns a face of which it was noted that it touches others of its body.
+    pub fn touching_face(&self) -> Option<u32> {
+        let point = Some(!self.touching.load(Ordering::Relaxed)).filter(|&point| point != u32::MAX)?;
+        self.faces.iter().position(|face| face.contains(&point)).map(|face| face as u32)
+    }
+
+    /// Returns a reason that refers to a face, with the face's number in the mesh as given.
+    pub fn refusal(&self, face: u32, why: impl Fn(usize) -> Unproved) -> NotExact {
+        let body = &self.bodies[self.body_of_face(face) as usize];
+        NotExact { input: body.solid, why: body.as_given(why((face - body.faces.start) as usize)) }
+    }
+
+    /// Returns the corners that faces share.
+    pub fn shared_corners(&self, one: u32, other: u32) -> impl Iterator<Item = u32> {
+        let [a, b] = [one, other].map(|face| self.faces[face as usize]);
+        a.into_iter().filter(move |point| b.contains(point))
     }
 
     /// Returns the body of a face.
@@ -395,9 +470,19 @@ fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
     triangles.iter().map(of).sum()
 }
 
-/// Returns the faces of the closed parts of a mesh, in order. Where more than two faces share a side, those that follow one
-/// another in the order of the mesh are taken to belong together, as in a file that lists its shells one by one.
+/// Returns the faces of the closed parts of a mesh, in order.
 fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
+    let parts = UnionFind::new(mesh.triangles.len() as u32);
+    for_each_seam(mesh, |_, [a, b], _| parts.join(a, b));
+    let mut order: Vec<(u32, u32)> =
+        parts.roots().into_iter().enumerate().map(|(face, root)| (root, face as u32)).collect();
+    order.par_sort_unstable();
+    order.chunk_by(|a, b| a.0 == b.0).map(|faces| faces.iter().map(|&(_, face)| face).collect()).collect()
+}
+
+/// Calls `each` with the two faces at each side and its points, and a number of these faces among those at the side. Where more than two faces share a side, those that follow one
+/// another in the order of the mesh are taken to belong together, as in a file that lists its shells one by one.
+pub(super) fn for_each_seam(mesh: &TriangleMesh, each: impl Fn(usize, [u32; 2], [u32; 2]) + Sync) {
     let mut sides: Vec<(u32, u32, u32, bool)> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .flat_map_iter(|face| {
@@ -406,21 +491,17 @@ fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
         })
         .collect();
     sides.par_sort_unstable();
-    let parts = UnionFind::new(mesh.triangles.len() as u32);
     sides.par_chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).for_each(|uses| {
-        let mut unpaired: Vec<(u32, bool)> = Vec::new();
-        for &(_, _, face, is_upwards) in uses {
+        let (mut unpaired, mut pairs) = (Vec::<(u32, bool)>::new(), 0);
+        for &(u, v, face, is_upwards) in uses {
             match unpaired.last() {
                 Some(&(other, direction)) if direction != is_upwards => {
-                    parts.join(face, other);
+                    each(pairs, [other, face], [u, v]);
                     unpaired.pop();
+                    pairs += 1;
                 }
                 _ => unpaired.push((face, is_upwards)),
             }
         }
     });
-    let mut order: Vec<(u32, u32)> =
-        parts.roots().into_iter().enumerate().map(|(face, root)| (root, face as u32)).collect();
-    order.par_sort_unstable();
-    order.chunk_by(|a, b| a.0 == b.0).map(|faces| faces.iter().map(|&(_, face)| face).collect()).collect()
 }

@@ -25,31 +25,44 @@ pub(super) struct Coincident {
 const LEAST_OVERLAP: f64 = 1e-9;
 
 impl Coincident {
-    /// Returns the overlap of two faces if they are coplanar.
+    /// Returns the overlap of faces of two bodies if they are coplanar.
     pub fn of(f: &Plane, g: &Plane) -> Option<Coincident> {
-        if !g.contains(&f.corners) {
-            return None;
-        }
-        let normal = f.unit_normal();
-        let is_parallel = normal.dot(g.unit_normal()) > 0.0;
-        let u = normal.any_orthonormal_vector();
-        let v = normal.cross(u);
-        let origin = f.corners[0].at;
-        let flat = |point: DVec3| DVec2::new((point - origin).dot(u), (point - origin).dot(v));
-        let [a, b, c] = g.positions().map(flat);
-        let other = if is_parallel { [a, b, c] } else { [a, c, b] };
-        let own = f.positions().map(flat);
-        let common = other
-            .iter()
-            .zip([other[1], other[2], other[0]])
-            .fold(own.to_vec(), |polygon, (&from, to)| left_of(&polygon, from, to));
-        let area = area(&common);
-        (area > LEAST_OVERLAP * self::area(&own).min(self::area(&other))).then(|| Coincident {
-            area,
-            is_parallel,
+        let overlap = overlap(f, g)?;
+        Some(Coincident {
+            area: overlap.area,
+            is_parallel: overlap.is_parallel,
             second_is_in_front: f.is_in_front(&g.corners[0]),
         })
     }
+}
+
+/// The overlap of two coplanar faces.
+pub(super) struct Overlap {
+    /// In square lattice steps, rounded.
+    pub area: f64,
+    is_parallel: bool,
+}
+
+/// Returns the overlap of two faces if they are coplanar.
+pub(super) fn overlap(f: &Plane, g: &Plane) -> Option<Overlap> {
+    if !g.contains(&f.corners) {
+        return None;
+    }
+    let normal = f.unit_normal();
+    let is_parallel = normal.dot(g.unit_normal()) > 0.0;
+    let u = normal.any_orthonormal_vector();
+    let v = normal.cross(u);
+    let origin = f.corners[0].at;
+    let flat = |point: DVec3| DVec2::new((point - origin).dot(u), (point - origin).dot(v));
+    let [a, b, c] = g.positions().map(flat);
+    let other = if is_parallel { [a, b, c] } else { [a, c, b] };
+    let own = f.positions().map(flat);
+    let common = other
+        .iter()
+        .zip([other[1], other[2], other[0]])
+        .fold(own.to_vec(), |polygon, (&from, to)| left_of(&polygon, from, to));
+    let found = area(&common);
+    (found > LEAST_OVERLAP * area(&own).min(area(&other))).then_some(Overlap { area: found, is_parallel })
 }
 
 /// Returns the part of a convex polygon to the left of a line.

@@ -1,4 +1,4 @@
-//! The crossings of edges with faces of other bodies, sorted along each edge.
+//! The crossings of edges with faces, sorted along each edge.
 
 use std::ops::Range;
 
@@ -23,9 +23,9 @@ pub(super) struct Crossings {
     /// For each point, the place of the first crossing of edges that have it as their lower point or come later; and the end.
     starts: Vec<u32>,
     positions: Vec<Located>,
-    /// The places in the list of the start and the end of each segment.
+    /// The vertices at the start and the end of each segment: points, and after these the places in the list.
     ends: Vec<[u32; 2]>,
-    /// A bit per face that has a crossing on a side.
+    /// A bit per face whose outline is met: that has a crossing on a side, or a segment from a corner.
     is_crossed: Vec<bool>,
 }
 
@@ -36,13 +36,34 @@ struct Group {
     ends: Range<usize>,
 }
 
+/// The side of a face that crosses another at the end of a segment.
+pub(super) struct Side {
+    /// The ends, the lower point first.
+    pub edge: [u32; 2],
+    /// The face that is crossed.
+    pub crossed: u32,
+    /// The face whose side it is.
+    pub owner: u32,
+}
+
 impl Segment {
-    /// Returns the edge of an end, from its lower point to its higher, the face it crosses, and the face whose side it is.
-    pub fn edge(&self, end: End, bodies: &Bodies) -> ([u32; 2], u32, u32) {
-        let [owner, other] = if end.of_second { [1, 0] } else { [0, 1] }.map(|i: usize| self.faces[i]);
+    /// Returns the side at an end, unless that is a corner.
+    pub fn side(&self, end: End, bodies: &Bodies) -> Option<Side> {
+        let End::Side { side, of_second } = end else { return None };
+        let [owner, crossed] = if of_second { [1, 0] } else { [0, 1] }.map(|i: usize| self.faces[i]);
         let face = bodies.faces[owner as usize];
-        let (u, v) = (face[usize::from(end.side)], face[(usize::from(end.side) + 1) % 3]);
-        ([u.min(v), u.max(v)], other, owner)
+        let (u, v) = (face[usize::from(side)], face[(usize::from(side) + 1) % 3]);
+        Some(Side { edge: [u.min(v), u.max(v)], crossed, owner })
+    }
+}
+
+impl End {
+    /// Returns the point of an end of a segment that is a corner of both faces.
+    pub fn corner(self, segment: &Segment, bodies: &Bodies) -> Option<u32> {
+        match self {
+            End::Corner { corner } => Some(bodies.faces[segment.faces[0] as usize][usize::from(corner)]),
+            End::Side { .. } => None,
+        }
     }
 }
 
@@ -51,7 +72,10 @@ impl Crossings {
         let mut is_crossed = vec![false; bodies.faces.len()];
         for segment in segments {
             for end in [segment.start, segment.end] {
-                is_crossed[segment.edge(end, bodies).2 as usize] = true;
+                match segment.side(end, bodies) {
+                    Some(side) => is_crossed[side.owner as usize] = true,
+                    None => segment.faces.into_iter().for_each(|face| is_crossed[face as usize] = true),
+                }
             }
         }
         // Every face at an edge reports the crossing.
@@ -60,12 +84,13 @@ impl Crossings {
             .zip(0..segments.len() as u32)
             .flat_map_iter(|(segment, index)| {
                 // A side of the first face comes from the back at the start; one of the second goes there.
-                let (start, end) = (segment.start, segment.end);
-                [(start, start.of_second, 2 * index), (end, !end.of_second, 2 * index + 1)].map(
-                    |(end, side_enters, number)| {
-                        let (edge, face, owner) = segment.edge(end, bodies);
-                        let is_upwards = bodies.faces[owner as usize][usize::from(end.side)] == edge[0];
-                        (Crossing { edge, face, enters: side_enters == is_upwards }, number)
+                [(segment.start, true, 2 * index), (segment.end, false, 2 * index + 1)].into_iter().filter_map(
+                    |(end, is_start, number)| {
+                        let End::Side { side, of_second } = end else { return None };
+                        let Side { edge, crossed, owner } = segment.side(end, bodies)?;
+                        let is_upwards = bodies.faces[owner as usize][usize::from(side)] == edge[0];
+                        let enters = (of_second == is_start) == is_upwards;
+                        Some((Crossing { edge, face: crossed, enters }, number))
                     },
                 )
             })
@@ -83,10 +108,12 @@ impl Crossings {
             .par_chunk_by_mut(|a, b| a.crossing.edge == b.crossing.edge)
             .filter(|group| group.len() > 1)
             .for_each(|group| sort_along(group, bodies));
-        let mut ends = vec![[0; 2]; segments.len()];
-        for (place, group) in (0..).zip(&groups) {
+        let corners =
+            |segment: &Segment| [segment.start, segment.end].map(|end| end.corner(segment, bodies).unwrap_or(0));
+        let mut ends: Vec<[u32; 2]> = segments.iter().map(corners).collect();
+        for (vertex, group) in (bodies.points.len() as u32..).zip(&groups) {
             for &(_, number) in &reports[group.ends.clone()] {
-                ends[number as usize / 2][number as usize % 2] = place;
+                ends[number as usize / 2][number as usize % 2] = vertex;
             }
         }
         let list: Vec<Crossing> = groups.into_iter().map(|group| group.crossing).collect();
@@ -103,7 +130,7 @@ impl Crossings {
         Crossings { list, starts, positions, ends, is_crossed }
     }
 
-    /// Returns the places of the start and the end of a segment among all crossings.
+    /// Returns the vertices at the start and the end of a segment: points, or crossings, whose numbers follow those of the points.
     pub fn ends_of(&self, segment: u32) -> [u32; 2] {
         self.ends[segment as usize]
     }
@@ -113,7 +140,7 @@ impl Crossings {
         &self.positions
     }
 
-    /// Returns whether a side of a face has a crossing.
+    /// Returns whether a side of a face has a crossing, or a corner a segment.
     pub fn is_crossed(&self, face: u32) -> bool {
         self.is_crossed[face as usize]
     }

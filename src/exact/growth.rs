@@ -135,7 +135,7 @@ impl OfPoints {
 /// Returns the direction in which a point moves, given the faces at it.
 fn direction(bodies: &Bodies, faces: &[u32]) -> [i32; 3] {
     let mut normals: Vec<DVec3> = Vec::new();
-    for &face in faces {
+    for &face in faces.iter().filter(|&&face| !bodies.plane(face).is_flat()) {
         let [a, b, c] = bodies.corners(face);
         let normal = (b - a).cross(c - a).normalize_or_zero();
         // A plane counts once, however many faces it has.

@@ -23,21 +23,26 @@
 //!
 //! # What it takes
 //! Consistently oriented meshes. A body is a mesh whose winding number is proved to be 0 and 1 wherever the result
-//! depends on it (`fronts`), or else each shell of one; a shell that meets itself there is refused.
+//! depends on it (`fronts`), or else each shell of one. Where shells meet themselves, or have triangles without area near others, the
+//! segments in which triangles of one shell meet count as well (`crossed`, `stars`), and its own winding number is found like those of
+//! others.
 
 mod arrangement;
 mod bodies;
 mod coincident;
+mod crossed;
 mod crossings;
 mod cut;
 mod fronts;
 mod growth;
+mod lines;
 mod near;
 mod pieces;
 mod polynomial;
 mod result;
 mod segments;
 mod signs;
+mod stars;
 mod sums;
 mod triple;
 mod windings;
@@ -76,9 +81,9 @@ pub struct ExactProperties {
     /// Volume, area, centroid and inertia. [`MassProperties::volume_rounding`] bounds the rounding of coordinates, of positions and
     /// of sums.
     pub mass: MassProperties,
-    /// A bound on the error of the area, from coincident faces of more than two shells, whose order is not defined.
+    /// A bound on the error of the area, from coincident faces of one shell or of more than two, whose order is not defined.
     pub area_error: f64,
-    /// The inputs whose shells overlap or touch, so that the fill rules may differ.
+    /// The inputs whose shells overlap, touch or meet themselves, or have triangles without area, so that the fill rules may differ.
     pub with_meeting_shells: Vec<usize>,
 }
 
@@ -125,8 +130,8 @@ impl<'a> Solution<'a> {
     /// shells. Inputs with the same mesh are one.
     ///
     /// # Errors
-    /// An input that is not consistently oriented; one of which a shell meets itself where the result depends on it; or one with a
-    /// triangle without area, if its box touches that of a triangle of another input, or if the result depends on it.
+    /// An input that is not consistently oriented. There may be others of which infinitesimal vectors drawn at random do not part what
+    /// touches; none is known.
     ///
     /// # Panics
     /// Panics if there is no input, or if the expression refers to one that does not exist.
@@ -156,7 +161,7 @@ impl<'a> Solution<'a> {
 
     /// Returns volume, area, centroid and inertia.
     pub fn properties(&self) -> ExactProperties {
-        let has_meeting_shells = |&(_, &number): &(usize, &usize)| self.wholeness[number] == Wholeness::Shells;
+        let has_meeting_shells = |&(_, &number): &(usize, &usize)| self.wholeness[number] != Wholeness::Whole;
         let numbers = self.inputs.numbers.iter().enumerate();
         let with_meeting_shells = numbers.filter(has_meeting_shells).map(|(input, _)| input).collect();
         ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule()) }
@@ -175,7 +180,7 @@ impl<'a> Solution<'a> {
             surface(&has_walls.then(grown)??)
         };
         let (mut mesh, mut sources) =
-            grown().or_else(|| surface(&self.arrangement)).expect("outlines of proved bodies at rest are closed");
+            grown().or_else(|| surface(&self.arrangement)).expect("outlines of bodies at rest are closed");
         checkpoint();
         sources.iter_mut().for_each(|source| source.input = self.inputs.firsts[source.input as usize] as u32);
         let apart = take_apart(&mut mesh, &mut sources, coordinates.precision);
@@ -187,7 +192,7 @@ impl<'a> Solution<'a> {
 /// proved to be 0 and 1, else as [`mass_properties`] of its shells.
 ///
 /// # Errors
-/// A mesh of which a shell meets itself, or which is not consistently oriented.
+/// A mesh that is not consistently oriented, or encloses no volume; see [`Solution::of`].
 pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, NotExact> {
     match prove_simple(mesh) {
         Ok(()) => {
@@ -205,6 +210,29 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
     }
 }
 
+/// Returns the volumes of one solid under the even-odd and the non-zero rule.
+///
+/// # Errors
+/// See [`of_solid`].
+pub fn volumes_of_solid(mesh: &ClosedMesh) -> Result<[f64; 2], NotExact> {
+    match prove_simple(mesh) {
+        Ok(()) => return Ok([mesh.mass_properties().volume.abs(); 2]),
+        Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {}
+        Err(why) => return Err(NotExact { input: 0, why }),
+    }
+    let of_shells = |fill: FillRule| {
+        Solution::of_bodies(Distinct::of(&[mesh]), Expression::input(0), fill, vec![Wholeness::Shells])
+    };
+    let even_odd = of_shells(FillRule::EvenOdd)?;
+    let first = even_odd.properties().mass.volume;
+    let non_zero = match even_odd.wholeness[..] {
+        // Nothing of it depends on the rule.
+        [Wholeness::Crossed] => Solution { fill: FillRule::NonZero, ..even_odd },
+        _ => of_shells(FillRule::NonZero)?,
+    };
+    Ok([first, non_zero.properties().mass.volume])
+}
+
 /// Returns where the surfaces of solids meet, once their winding numbers are proved: of each as a whole, or of its shells, which
 /// `wholeness` then says.
 ///
@@ -218,16 +246,21 @@ fn proved(
 ) -> Result<Arrangement, NotExact> {
     loop {
         let growing_for = (growth == Growth::Growing).then_some(rule.expression);
-        let (arrangement, near) = Arrangement::of(solids, wholeness, growing_for)?;
-        let unproved = arrangement.unproved(&near, &rule);
+        let found = Arrangement::of(solids, wholeness, growing_for);
+        let unproved = match &found {
+            Ok((arrangement, near)) => arrangement.unproved(near, &rule),
+            Err(refused) => vec![*refused],
+        };
         if unproved.is_empty() {
-            return Ok(arrangement);
+            return found.map(|(arrangement, _)| arrangement);
         }
         for unproved in unproved {
-            match &mut wholeness[unproved.input] {
-                Wholeness::Shells => return Err(unproved),
-                whole => *whole = Wholeness::Shells,
-            }
+            let own = &mut wholeness[unproved.input];
+            *own = match (unproved.why, *own) {
+                (Unproved::NotOriented, _) | (_, Wholeness::Crossed) => return Err(unproved),
+                (Unproved::Flat { .. }, _) | (_, Wholeness::Shells) => Wholeness::Crossed,
+                (_, Wholeness::Whole) => Wholeness::Shells,
+            };
         }
     }
 }

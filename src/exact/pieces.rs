@@ -6,7 +6,7 @@
 
 use super::Rule;
 use super::bodies::{Bodies, Body};
-use super::crossings::Crossings;
+use super::crossings::{Crossings, Side};
 use super::segments::Segment;
 use super::signs::Located;
 use super::triple::Triples;
@@ -53,7 +53,7 @@ impl<'a> Pieces<'a> {
         rule: &'a Rule,
     ) -> Pieces<'a> {
         let mut pieces = Pieces { bodies, segments, crossings, windings, rule, triples, of_patch: Vec::new() };
-        pieces.of_patch = windings.first_points().iter().map(|&point| pieces.at(point)).collect();
+        pieces.of_patch = (0..windings.patches()).map(|patch| pieces.at_patch(patch)).collect();
         pieces
     }
 
@@ -69,19 +69,25 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// Returns the surface at a point, on the faces of its body.
-    pub fn at_point(&self, point: u32) -> Weight {
-        self.of_patch[self.windings.patch(point) as usize]
+    /// Returns the surface on a face at its first corner, from where its first side starts.
+    pub fn at_first_corner(&self, face: u32) -> Weight {
+        let [first, second, _] = self.bodies.faces[face as usize];
+        self.at_start([first, second])
     }
 
-    /// Returns whether a side of a face has a crossing.
+    /// Returns the surface at the start of an edge, on the faces of its body.
+    fn at_start(&self, edge: [u32; 2]) -> Weight {
+        self.of_patch[self.windings.patch(edge) as usize]
+    }
+
+    /// Returns whether a side of a face has a crossing, or a corner a segment.
     pub fn is_crossed(&self, face: u32) -> bool {
         self.crossings.is_crossed(face)
     }
 
-    fn at(&self, point: u32) -> Weight {
-        let body = &self.bodies.bodies[self.bodies.body_of_point(point) as usize];
-        let mut windings = self.windings.at(point).to_vec();
+    fn at_patch(&self, patch: u32) -> Weight {
+        let body = &self.bodies.bodies[self.bodies.body_of_point(self.windings.point_of(patch)) as usize];
+        let mut windings = self.windings.of_patch(patch).to_vec();
         windings[body.solid] += body.front;
         self.weight(&mut windings, body.solid)
     }
@@ -111,10 +117,10 @@ impl<'a> Pieces<'a> {
         let edge = [u.min(v), u.max(v)];
         let places = if self.is_crossed(face) { self.crossings.range(edge) } else { 0..0 };
         if places.is_empty() {
-            return visit(Piece { ends: [u, v], beside: [self.at_point(u), 0] });
+            return visit(Piece { ends: [u, v], beside: [self.at_start([u, v]), 0] });
         }
         windings.clear();
-        windings.extend_from_slice(self.windings.at(edge[0]));
+        windings.extend_from_slice(self.windings.at(edge));
         windings[body.solid] += body.front;
         let mut from = edge[0];
         for place in places.clone().map(Some).chain([None]) {
@@ -134,12 +140,12 @@ impl<'a> Pieces<'a> {
         let faces = self.segments[index as usize].faces;
         let solids = faces.map(|face| self.bodies.solid_of_face(face));
         let [start, end] = self.crossings.ends_of(index);
-        let mut windings = self.windings_at_start(&self.segments[index as usize], start as usize);
+        let mut windings = self.windings_at_start(index, start);
         let triples = self.triples.of_segment(index);
         let first_triple = self.crossing(self.crossings.list().len());
-        let mut from = self.crossing(start as usize);
+        let mut from = start;
         for i in 0..=triples.len() {
-            let to = triples.get(i).map_or_else(|| self.crossing(end as usize), |triple| first_triple + triple.point);
+            let to = triples.get(i).map_or(end, |triple| first_triple + triple.point);
             visit([(0, 1), (1, 0)].map(|(own, other)| {
                 let in_front = self.weight(&mut windings, solids[own]);
                 windings[solids[other]] += 1;
@@ -155,19 +161,41 @@ impl<'a> Pieces<'a> {
         }
     }
 
-    /// Returns the winding numbers in front of both faces of a segment, at its start, which is the crossing at a place.
-    fn windings_at_start(&self, segment: &Segment, start: usize) -> Vec<i32> {
-        let list = self.crossings.list();
-        let edge = list[start].edge;
-        let mut windings = self.windings.at(edge[0]).to_vec();
-        let first = list[..start].iter().rposition(|crossing| crossing.edge != edge).map_or(0, |before| before + 1);
-        for crossing in &list[first..start] {
-            self.step(crossing.face, crossing.enters, &mut windings);
-        }
-        if !list[start].enters {
-            self.step(list[start].face, false, &mut windings);
-        }
-        let owner = segment.faces[usize::from(segment.start.of_second)];
+    /// Returns the winding numbers in front of both faces of a segment, at the vertex where it starts.
+    fn windings_at_start(&self, index: u32, start: u32) -> Vec<i32> {
+        let segment = &self.segments[index as usize];
+        let points = self.bodies.points.len() as u32;
+        let (mut windings, owner) = match segment.side(segment.start, self.bodies) {
+            Some(Side { edge, owner, .. }) => {
+                let mut windings = self.windings.at(edge).to_vec();
+                let (list, start) = (self.crossings.list(), (start - points) as usize);
+                let first =
+                    list[..start].iter().rposition(|crossing| crossing.edge != edge).map_or(0, |before| before + 1);
+                for crossing in &list[first..start] {
+                    self.step(crossing.face, crossing.enters, &mut windings);
+                }
+                if !list[start].enters {
+                    self.step(list[start].face, false, &mut windings);
+                }
+                (windings, owner)
+            }
+            None => {
+                // Around the corner, from the side that starts there.
+                let owner = segment.faces[0];
+                let [_, second, _] = self.bodies.corners_from(owner, start);
+                let mut windings = self.windings.at([start, second]).to_vec();
+                for pass in self.windings.stars().passes(start, owner) {
+                    let is_own = pass.segment == index;
+                    if !(is_own && pass.enters) {
+                        self.step(owner, pass.enters, &mut windings);
+                    }
+                    if is_own {
+                        break;
+                    }
+                }
+                (windings, owner)
+            }
+        };
         let body = &self.bodies.bodies[self.bodies.body_of_face(owner) as usize];
         windings[body.solid] += body.front;
         windings

@@ -127,7 +127,7 @@ impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
     fn face(&mut self, face: u32, bounds: &[Bound], triangles: &mut Vec<[u32; 3]>) -> bool {
         let corners = self.pieces.bodies.faces[face as usize];
         if bounds.is_empty() {
-            match self.pieces.at_point(corners[0]) {
+            match self.pieces.at_first_corner(face) {
                 0 => {}
                 weight => triangles.push(turned(corners, weight)),
             }

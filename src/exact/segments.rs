@@ -1,4 +1,4 @@
-//! The segments in which faces of different bodies meet.
+//! The segments in which faces of different bodies meet, or of one that meets itself.
 //!
 //! Where faces f and g meet, they do so along a part of the line of their planes, in the direction n_f × n_g. Seen from
 //! the front of f, the back of g (its inside) lies to the left. Along the line, f begins at its side that comes from the back of g
@@ -9,13 +9,21 @@
 use super::coincident::Coincident;
 use super::signs::{Plane, edges_turn};
 
-/// One end of a segment: the crossing of a side of one face with the other face.
+/// One end of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct End {
-    /// The side of the face from corner `side` to the next.
-    pub side: u8,
-    /// True if the side is one of the second face.
-    pub of_second: bool,
+pub(super) enum End {
+    /// The crossing of a side of one face with the other face.
+    Side {
+        /// The side of the face from corner `side` to the next.
+        side: u8,
+        /// True if the side is one of the second face.
+        of_second: bool,
+    },
+    /// A corner that the faces share.
+    Corner {
+        /// The corner of the first face.
+        corner: u8,
+    },
 }
 
 /// A segment in which two faces meet, along the product of their normals.
@@ -58,11 +66,35 @@ pub(super) fn meet(faces: [u32; 2], f: &Plane, g: &Plane) -> Option<Meeting> {
     if !precedes(0, 1) || precedes(1, 0) {
         return None;
     }
-    let first = |side: usize| End { side: side as u8, of_second: false };
-    let second = |side: usize| End { side: side as u8, of_second: true };
+    let first = |side: usize| End::Side { side: side as u8, of_second: false };
+    let second = |side: usize| End::Side { side: side as u8, of_second: true };
     let start = if precedes(0, 0) { second(g_in) } else { first(f_out) };
     let end = if precedes(1, 1) { first(f_in) } else { second(g_out) };
     Some(Meeting::Segment(Segment { faces, start, end }))
+}
+
+/// Returns the segment in which two faces of one body meet beyond a corner that they share: the corner with a number of each face.
+pub(super) fn meet_beyond(faces: [u32; 2], [f, g]: [&Plane; 2], corner: [usize; 2]) -> Option<Segment> {
+    let [[f_from, f_to], [g_from, g_to]] = corner.map(|corner| [(corner + 1) % 3, (corner + 2) % 3]);
+    let beside = |plane: &Plane, of: &Plane, ends: [usize; 2]| ends.map(|end| plane.is_in_front(&of.corners[end]));
+    let (of_f, of_g) = (beside(g, f, [f_from, f_to]), beside(f, g, [g_from, g_to]));
+    // Both faces begin at the corner, or both end there.
+    let is_start = of_f[0];
+    if of_f[0] == of_f[1] || of_g[0] == of_g[1] || of_g[0] == is_start {
+        return None;
+    }
+    // The sides opposite the corner, from the front to the back of the other face at the first face's end, and so on.
+    let turned = |[u, v]: [_; 2], is_turned: bool| if is_turned { [v, u] } else { [u, v] };
+    let of_first = turned([&f.corners[f_from], &f.corners[f_to]], !is_start);
+    let of_second = turned([&g.corners[g_from], &g.corners[g_to]], is_start);
+    let first_precedes = edges_turn(of_first, of_second);
+    let at_corner = End::Corner { corner: corner[0] as u8 };
+    let beyond = match first_precedes == is_start {
+        true => End::Side { side: f_from as u8, of_second: false },
+        false => End::Side { side: g_from as u8, of_second: true },
+    };
+    let [start, end] = if is_start { [at_corner, beyond] } else { [beyond, at_corner] };
+    Some(Segment { faces, start, end })
 }
 
 /// Returns the side of a face that goes from the front of a plane to its back, and the one that returns.

@@ -1,8 +1,8 @@
 //! Exact signs of volumes of lattice points, in a world where no two bodies touch.
 //!
 //! Points are integers of up to 40 bits, stored as `f64`. For meshes, bodies grow by an infinitesimal: their points move by ε
-//! times integer vectors (`growth`), so that faces that coincide part in the direction that suits the expression. For volumes
-//! and areas bodies are at rest, as one of two faces that coincide then lies in front everywhere. What that leaves undecided,
+//! times integer vectors (`growth`), so that faces that coincide part in the direction that suits the expression. Points of a body
+//! that meets itself move by ε times vectors without a pattern (`crossed`). For volumes and areas all other bodies are at rest, as one of two faces that coincide then lies in front everywhere. What that leaves undecided,
 //! translations decide that are smaller than any power of ε: body k moves by (ε₁, ε₂, ε₃) with ε₁ ≫ ε₂ ≫ ε₃ > 0, and every
 //! component of a later body exceeds those of all earlier ones by any factor (a simulation of simplicity, Edelsbrunner and
 //! Mücke 1990). All quantities below are polynomials in ε and linear in the translations, so the sign of a quantity that is
@@ -61,6 +61,13 @@ impl<'b> Vertex<'b> {
 
     fn grows(&self) -> bool {
         self.source.is_some_and(|(bodies, _)| bodies.grows(self.body))
+    }
+
+    /// Notes that this body touches itself in a point of this vertex's face or side.
+    fn note_touching(&self) {
+        if let Some((bodies, number)) = self.source {
+            bodies.note_touching(number);
+        }
     }
 }
 
@@ -182,7 +189,14 @@ impl<'b> Plane<'b> {
         Rounded { value: self.normal.dot(w), error: DETERMINANT_ERROR * self.magnitude.dot(w.abs()) }
     }
 
-    /// Returns whether a point of another body lies in front, where the normal points to.
+    /// Returns whether another face certainly lies on one side.
+    #[inline]
+    pub fn is_beside(&self, other: &Plane) -> bool {
+        let sides = other.corners.map(|corner| self.rounded_height(corner.at).is_positive());
+        sides[0].is_some() && sides == [sides[0]; 3]
+    }
+
+    /// Returns whether a point lies in front, where the normal points to. It is one of another body, or of one that meets itself.
     #[inline]
     pub fn is_in_front(&self, point: &Vertex) -> bool {
         self.rounded_height(point.at).is_positive().unwrap_or_else(|| self.is_exactly_in_front(point))
@@ -195,7 +209,12 @@ impl<'b> Plane<'b> {
             height => return height > 0,
         }
         let grown = (self.corners[0].grows() || point.grows()).then(|| self.is_in_front_grown(point)).flatten();
-        grown.unwrap_or_else(|| self.faces_translation() == (point.body > self.body))
+        grown.unwrap_or_else(|| {
+            if point.body == self.body {
+                point.note_touching();
+            }
+            self.faces_translation() == (point.body > self.body)
+        })
     }
 
     /// Returns whether a point in the plane at rest lies in front once bodies grow; `None` if it stays in the plane.
@@ -306,7 +325,10 @@ impl<'b> Plane<'b> {
             let turned = |vector: [Polynomial; 3]| vector.map(|c| Polynomial::of(&[]).minus(c));
             let moves =
                 [(edge[0].body, of_edge), (through.body, turned(along_through)), (self.body, turned(along_own))];
-            first_move_is_positive(moves)
+            first_move_is_positive(moves).unwrap_or_else(|| {
+                self.corners[0].note_touching();
+                false
+            })
         })
     }
 
@@ -334,7 +356,7 @@ fn vector<T: Number>(coefficients: [[i128; 3]; 3]) -> [T; 3] {
     [0, 1, 2].map(|axis| T::of(&coefficients.map(|power| power[axis])))
 }
 
-/// Returns the sign of the volume of two edges of different bodies: of (v − u) · ((r − u) × (s − u)).
+/// Returns the sign of the volume of two edges of different bodies, or of one that meets itself: of (v − u) · ((r − u) × (s − u)).
 #[inline]
 pub(super) fn edges_turn(edge: [&Vertex; 2], other: [&Vertex; 2]) -> bool {
     let ([u, v], [r, s]) = (edge.map(|end| end.at), other.map(|end| end.at));
@@ -358,6 +380,9 @@ fn edges_turn_exactly(edge: [&Vertex; 2], other: [&Vertex; 2]) -> bool {
     let grow = edge[0].grows() || other[0].grows();
     let sign = resting.or_else(|| grow.then(|| first_sign(volume(Time::Growing))).flatten());
     sign.unwrap_or_else(|| {
+        if edge[0].body == other[0].body {
+            edge[0].note_touching();
+        }
         let [[u, v], [r, s]] = [edge, other].map(|ends| ends.map(|end| end.seen(Time::Growing)));
         is_along_translation(s.from(r).cross(v.from(u))) == (other[0].body > edge[0].body)
     })
@@ -383,6 +408,17 @@ pub(super) fn is_left_of(point: &Vertex, [a, b]: [&Vertex; 2]) -> bool {
     })
 }
 
+/// Returns whether the way from a point to the first end of an edge turns left to the second, seen against the z axis. All are of one
+/// body.
+pub(super) fn turns_left(point: &Vertex, ends: [&Vertex; 2]) -> bool {
+    let [p, a, b] = [point, ends[0], ends[1]].map(|end| end.seen(Time::Growing));
+    let turn = a.from(p).cross(b.from(p)).map(|power| power[2]);
+    first_sign(turn).unwrap_or_else(|| {
+        point.note_touching();
+        false
+    })
+}
+
 /// Returns whether the point common to three planes lies in front of a fourth. No two of the planes may be parallel to the
 /// line of the others; see [`common_point`].
 pub(super) fn common_point_is_in_front(planes: [&Plane; 3], fourth: &Plane) -> bool {
@@ -396,7 +432,11 @@ pub(super) fn common_point_is_in_front(planes: [&Plane; 3], fourth: &Plane) -> b
         let minors = growing.minors(fourth, Time::Growing);
         let all = [planes[0], planes[1], planes[2], fourth];
         let normal = |i: usize| Equation::<Polynomial>::of(all[i], Time::Growing).normal;
-        first_move_is_positive([0, 1, 2, 3].map(|i| (all[i].body, normal(i).map(|n| n.times(minors[i])))))
+        let moves = [0, 1, 2, 3].map(|i| (all[i].body, normal(i).map(|n| n.times(minors[i]))));
+        first_move_is_positive(moves).unwrap_or_else(|| {
+            fourth.corners[0].note_touching();
+            false
+        })
     });
     Some(is_positive) == growing.determinant.sign()
 }
@@ -482,20 +522,20 @@ impl<T: Number> Common<T> {
     }
 }
 
-/// Returns the sign of a sum of products of vectors with the translations of bodies.
-fn first_move_is_positive<const N: usize>(moves: [(u32, [Polynomial; 3]); N]) -> bool {
+/// Returns the sign of a sum of products of vectors with the translations of bodies. `None` for parallel lines and planes, which do
+/// not cross, and where all that meets is of one body.
+fn first_move_is_positive<const N: usize>(moves: [(u32, [Polynomial; 3]); N]) -> Option<bool> {
     let mut order: [usize; N] = std::array::from_fn(|i| i);
     order.sort_by_key(|&i| std::cmp::Reverse(moves[i].0));
     for same in order.chunk_by(|&i, &j| moves[i].0 == moves[j].0) {
         for axis in 0..3 {
             let sum = same.iter().fold(Polynomial::of(&[]), |sum, &i| sum.plus(moves[i].1[axis]));
             if let Some(sign) = sum.sign() {
-                return sign;
+                return Some(sign);
             }
         }
     }
-    // Only for parallel lines and planes, which do not cross.
-    false
+    None
 }
 
 fn wide(v: I64Vec3) -> [i128; 3] {

@@ -124,7 +124,7 @@ fn sum_faces(pieces: &Pieces) -> Vec<Sums> {
                 }
                 continue;
             }
-            let weight = pieces.at_point(bodies.faces[face as usize][0]);
+            let weight = pieces.at_first_corner(face);
             if weight != 0 {
                 let piece = [corners[1], corners[2]].map(Located::exactly);
                 sums.add(unit_normal(corners), corners[0], piece, Share { volume: weight, area: 1 });

@@ -1,10 +1,10 @@
-//! The points in which three faces of different bodies meet.
+//! The points in which three faces meet.
 
 use crate::parallel::*;
 use glam::DVec3;
 
 use super::bodies::Bodies;
-use super::crossings::Crossings;
+use super::crossings::{Crossings, Side};
 use super::segments::{End, Segment};
 use super::signs::{Located, Plane, common_point, common_point_is_in_front};
 use crate::box_tree::Box32;
@@ -110,13 +110,25 @@ fn listed(segments: &[Segment]) -> Vec<(u32, u32)> {
 impl OnFaces<'_> {
     /// Returns a box around a segment. Positions are rounded; the box is wide enough for a crossing that lies at an end.
     fn extent(&self, segment: u32) -> Box32 {
-        let ends = self.crossings.ends_of(segment).map(|place| self.crossings.positions()[place as usize].at);
+        let points = &self.bodies.points;
+        let position = |vertex: usize| match vertex.checked_sub(points.len()) {
+            Some(place) => self.crossings.positions()[place].at,
+            None => points[vertex],
+        };
+        let ends = self.crossings.ends_of(segment).map(|vertex| position(vertex as usize));
         Box32::around(ends.into_iter().flat_map(widened))
     }
 
     fn of_face(&self, face: u32) -> impl Iterator<Item = u32> {
         let start = self.list.partition_point(|&(other, _)| other < face);
         self.list[start..].iter().take_while(move |&&(other, _)| other == face).map(|&(_, segment)| segment)
+    }
+
+    /// Returns whether two faces of one body may meet on a third: they share no corner, or meet beyond it and it is not on the third.
+    fn may_meet_on(&self, third: u32, [one, other]: [u32; 2]) -> bool {
+        let Some(corner) = self.bodies.shared_corners(one, other).next() else { return true };
+        let meets = |segment: u32| self.segments[segment as usize].faces.contains(&other);
+        self.of_face(one).any(meets) && !self.bodies.faces[third as usize].contains(&corner)
     }
 
     fn placed(&self, segment: &Segment) -> Placed<'_> {
@@ -137,7 +149,8 @@ impl OnFaces<'_> {
             }
             let beside = &self.segments[other as usize];
             let third = if beside.faces[0] == f { beside.faces[1] } else { beside.faces[0] };
-            if bodies.body_of_face(third) == second_body {
+            let is_of_second = bodies.body_of_face(third) == second_body;
+            if is_of_second && !(bodies.bodies[second_body as usize].is_crossed && self.may_meet_on(f, [g, third])) {
                 continue;
             }
             let placed = placed.get_or_insert_with(|| self.placed(own));
@@ -195,8 +208,12 @@ fn crossing<'b>(own: &Placed<'b>, beside: &Placed<'b>, f: u32, third: u32, bodie
 
 /// Returns whether an end of a segment lies in front of the face of a third body.
 fn end_is_in_front(placed: &Placed, end: End, of: &Plane, bodies: &Bodies) -> bool {
-    let (edge, _, _) = placed.segment.edge(end, bodies);
-    let through = &placed.planes[usize::from(!end.of_second)];
-    let ends = bodies.ends(edge);
-    of.has_crossing_in_front(ends.each_ref(), through, through.is_in_front(&ends[0]))
+    let through = |of_second: bool| &placed.planes[usize::from(!of_second)];
+    match (end, placed.segment.side(end, bodies)) {
+        (End::Side { of_second, .. }, Some(Side { edge, .. })) => {
+            let (through, ends) = (through(of_second), bodies.ends(edge));
+            of.has_crossing_in_front(ends.each_ref(), through, through.is_in_front(&ends[0]))
+        }
+        (end, _) => end.corner(&placed.segment, bodies).is_some_and(|corner| of.is_in_front(&bodies.vertex(corner))),
+    }
 }

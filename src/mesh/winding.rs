@@ -51,6 +51,11 @@ pub enum Unproved {
         /// The triangle.
         triangle: usize,
     },
+    /// A triangle touches others of its shell, without crossing them, where that meets itself.
+    Touches {
+        /// The triangle.
+        triangle: usize,
+    },
     /// A set of triangles, each narrower than a few units of rounding, whose sides others share.
     TooThin {
         /// The largest of the triangles.
@@ -67,6 +72,7 @@ impl Unproved {
             Unproved::TrianglesMeet { triangles } => Unproved::TrianglesMeet { triangles: triangles.map(number) },
             Unproved::ShellFacing { triangle } => Unproved::ShellFacing { triangle: number(triangle as u32) as usize },
             Unproved::Flat { triangle } => Unproved::Flat { triangle: number(triangle as u32) as usize },
+            Unproved::Touches { triangle } => Unproved::Touches { triangle: number(triangle as u32) as usize },
             Unproved::TooThin { triangle } => Unproved::TooThin { triangle: number(triangle as u32) as usize },
             Unproved::NotOriented | Unproved::NoVolume => self,
         }
@@ -80,6 +86,7 @@ impl fmt::Display for Unproved {
             Unproved::TrianglesMeet { triangles: [a, b] } => write!(f, "triangles {a} and {b} touch or cross"),
             Unproved::ShellFacing { triangle } => write!(f, "the shell of triangle {triangle} faces the wrong way"),
             Unproved::Flat { triangle } => write!(f, "the corners of triangle {triangle} lie on a line"),
+            Unproved::Touches { triangle } => write!(f, "triangle {triangle} touches others of its shell"),
             Unproved::TooThin { triangle } => write!(f, "triangle {triangle} is too thin"),
             Unproved::NoVolume => write!(f, "it encloses no volume"),
         }

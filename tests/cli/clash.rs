@@ -13,10 +13,13 @@ fn with_parts() -> Folder {
     folder
 }
 
-/// Returns a cube of side 2 with a corner pulled through the face below, so that its shell crosses itself and has no exact volume.
-pub fn crossed() -> Vec<[[f64; 3]; 3]> {
+/// Returns a cube of side 2 with a corner pulled through the face below. One of its triangles is turned over, so that it has no exact
+/// volume.
+pub fn turned_over() -> Vec<[[f64; 3]; 3]> {
     let pulled = |corner: [f64; 3]| if corner == [2.0; 3] { [1.0, 1.0, -0.5] } else { corner };
-    cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect()
+    let mut triangles: Vec<[[f64; 3]; 3]> = cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect();
+    triangles[0].swap(1, 2);
+    triangles
 }
 
 #[test]
@@ -263,9 +266,9 @@ fn verbose_text_has_the_pairs_that_break_no_rule() {
 #[test]
 fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let folder = Folder::new();
-    folder.stl("crossed.stl", &crossed());
+    folder.stl("turned.stl", &turned_over());
     folder.stl("b.stl", &cuboid([-1.0, -1.0, -0.25], [1.2, 1.2, 1.1]));
-    let files = ["crossed.stl", "b.stl", "--unit", "mm"];
+    let files = ["turned.stl", "b.stl", "--unit", "mm"];
     let intersect = ["intersect", "--estimate", "--resolution", "600"];
     let known = folder.json(&[&intersect[..], &files].concat())["volume"]["value"].as_f64().unwrap();
     let volume = |flags: &[&str]| {
@@ -286,7 +289,7 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     clash(&["--adapter", "no such card"]).code(3).says(&[]);
     // No ray meets a thin rod, which certainly overlaps.
     folder.stl("rod.stl", &cuboid([0.9, 0.9, -50.0], [0.91, 0.91, 50.0]));
-    let run = folder.run(&["clash", "crossed.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
+    let run = folder.run(&["clash", "turned.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
     let pair = &run.json()["pairs"][0];
     assert_eq!((&pair["finding"], &pair["overlap"]["certain"]), (&"overlap".into(), &true.into()), "{pair}");
     assert_eq!(pair["overlap"]["volume"]["value"], 0.0);

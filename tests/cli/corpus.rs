@@ -66,10 +66,9 @@ const FILES: &[(&str, Expected)] = &[
     ("Cray_left.obj", same(1956864649950.981, &[])),
     ("Cray_right.obj", same(1.5760799710533451e116, &[])),
     ("FLYWIRE_whole_brain.ply", same(2.7837581710287556e16, &[])),
-    // The walls are a thirteenth of a pixel thick.
-    // Sheets of 1 and 2 units at a pitch of 15, whose triangles touch: the volume is estimated, with a large error.
-    ("Generic_Twin_7081_left.obj", same(101590.8775582339, &["imprecise"])),
-    ("Generic_Twin_7081_right.obj", same(43004.36805158224, &["imprecise"])),
+    // Sheets of 1 and 2 units at a pitch of 15, whose triangles touch.
+    ("Generic_Twin_7081_left.obj", same(101590.8775582339, &[])),
+    ("Generic_Twin_7081_right.obj", same(43004.36805158224, &[])),
     ("IndexOutOfRange.gltf", Refused(&["accessor 0", "vertex 255 is out of range"])),
     ("Offset1.obj", same(1614716.5045550906, &[])),
     ("OutOfMemory.off", Refused(&["line 2", "353535235358 vertices declared"])),

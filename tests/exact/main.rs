@@ -6,6 +6,7 @@
 //! arrangement, and the fill rule and the expression decide which cells count.
 
 mod convex;
+mod crossed;
 mod known;
 mod voxels;
 

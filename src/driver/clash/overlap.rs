@@ -68,7 +68,7 @@ pub struct Room {
     pub beside: usize,
 }
 
-/// Returns the volume that two parts share: exactly, or from images where a shell meets itself or there is no room. Returns `None`
+/// Returns the volume that two parts share: exactly, or from images where a part is not oriented or there is no room. Returns `None`
 /// if the volume might not fit while other pairs that take as much memory are compared, or a GPU has to sample it.
 ///
 /// # Errors

@@ -63,8 +63,7 @@ fn meets_itself(path: &Path, mesh: TriangleMesh) -> Option<Warning> {
     let closed = ClosedMesh::check(mesh).ok()?;
     let why @ Unproved::TrianglesMeet { .. } = prove_simple(&closed).err()? else { return None };
     let message = format!(
-        "{}: {why}: where the surface passes through itself, the fill rule decides what is inside (--fill); where one of its shells does, \
-         volumes are estimates",
+        "{}: {why}: where the surface passes through itself, the fill rule decides what is inside (--fill)",
         path.display()
     );
     Some(Warning::new("meets-itself", message))
