@@ -1,12 +1,13 @@
 //! The crossings of edges with faces, sorted along each edge.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use crate::parallel::*;
 
 use super::bodies::Bodies;
 use super::segments::{End, Segment};
-use super::signs::Located;
+use super::signs::{Located, Vertex};
 
 /// A crossing of an edge, from its lower point to its higher, with a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,20 +166,24 @@ impl Crossings {
     }
 }
 
+/// Returns the order in which the line of an edge crosses the planes of two faces: of each the face, and whether the edge passes from its
+/// front to its back.
+pub(super) fn order_along(edge: [&Vertex; 2], [a, b]: [(u32, bool); 2], bodies: &Bodies) -> Ordering {
+    let ((of_a, a_enters), (of_b, b_enters)) = (a, b);
+    if of_a == of_b {
+        return Ordering::Equal;
+    }
+    // The edge starts in front of a face that it enters. The crossing with `a` comes first if it lies on the side of `b` where the
+    // edge starts.
+    match bodies.plane(of_b).has_crossing_in_front(edge, &bodies.plane(of_a), a_enters) == b_enters {
+        true => Ordering::Less,
+        false => Ordering::Greater,
+    }
+}
+
 /// Sorts the crossings of one edge from its lower point to its higher.
 fn sort_along(group: &mut [Group], bodies: &Bodies) {
     let ends = bodies.ends(group[0].crossing.edge);
-    group.sort_by(|a, b| {
-        let [a, b] = [a, b].map(|group| group.crossing);
-        if a.face == b.face {
-            return std::cmp::Ordering::Equal;
-        }
-        let [through, beside] = [a, b].map(|crossing| bodies.plane(crossing.face));
-        // The edge starts in front of a face that it enters. The crossing with `a` comes first if it lies on the side of `b`
-        // where the edge starts.
-        match beside.has_crossing_in_front(ends.each_ref(), &through, a.enters) == b.enters {
-            true => std::cmp::Ordering::Less,
-            false => std::cmp::Ordering::Greater,
-        }
-    });
+    let crossed = |group: &Group| (group.crossing.face, group.crossing.enters);
+    group.sort_by(|a, b| order_along(ends.each_ref(), [crossed(a), crossed(b)], bodies));
 }

@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use super::bodies::{Bodies, Body};
+use super::crossings::order_along;
 use super::segments::Segment;
 use super::signs::{Vertex, turns_left};
 
@@ -182,16 +183,7 @@ fn sort_around(passes: &mut [Pass], face: u32, point: u32, bodies: &Bodies) {
         return;
     }
     let [_, from, to] = bodies.corners_from(face, point);
-    // All segments, or their lines, cross the opposite side, which starts in front of a face that is passed to its back.
+    // All segments, or their lines, cross the opposite side.
     let ends = [from, to].map(|end| bodies.vertex(end));
-    passes.sort_by(|a, b| {
-        if a.face == b.face {
-            return std::cmp::Ordering::Equal;
-        }
-        let [through, beside] = [a, b].map(|pass| bodies.plane(pass.face));
-        match beside.has_crossing_in_front(ends.each_ref(), &through, a.enters) == b.enters {
-            true => std::cmp::Ordering::Less,
-            false => std::cmp::Ordering::Greater,
-        }
-    });
+    passes.sort_by(|a, b| order_along(ends.each_ref(), [(a.face, a.enters), (b.face, b.enters)], bodies));
 }
