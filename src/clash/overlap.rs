@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::body::Body;
 use super::triangles::{crossings, do_meet};
-use crate::box_tree::{Box32, Node, opened};
+use crate::box_tree::{Node, opened};
 use crate::cancel::checkpoint;
 use crate::mesh::Aabb;
 
@@ -49,31 +49,38 @@ fn common_box(a: &Body, b: &Body) -> Option<Aabb> {
     common.min.cmple(common.max).all().then_some(common)
 }
 
-/// Returns the box around the overlap: around the crossings of sides and faces, and the corners of one body in the other.
+/// Returns the box around the overlap: around the corners of one body in the other, and the crossings of sides and faces.
 /// These are the corners of the overlap.
 fn bounds_of_overlap(a: &Body, b: &Body, common: Aabb) -> Option<Aabb> {
     let mut bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-    let mut include = |point: DVec3| {
-        bounds = Aabb { min: bounds.min.min(point), max: bounds.max.max(point) };
-    };
-    meetings(a, b, |i, j| crossings(&a.corners(i), &b.corners(j), &mut include));
     for (body, other) in [(a, b), (b, a)] {
         for (i, &corner) in body.mesh().positions.iter().enumerate() {
             if i % BETWEEN_CHECKPOINTS as usize == 0 {
                 checkpoint();
             }
-            let is_within = |bounds: &Aabb| corner.cmpge(bounds.min).all() && corner.cmple(bounds.max).all();
-            if is_within(&common) && !is_within(&bounds) && other.contains(corner) {
-                bounds = Aabb { min: bounds.min.min(corner), max: bounds.max.max(corner) };
+            if holds(&common, [corner; 2]) && !holds(&bounds, [corner; 2]) && other.contains(corner) {
+                include(&mut bounds, corner);
             }
         }
     }
+    include_crossings(a, b, &mut bounds);
     let bounds = Aabb { min: bounds.min.max(common.min), max: bounds.max.min(common.max) };
     bounds.min.cmple(bounds.max).all().then_some(bounds)
 }
 
-/// Calls `each` with the pairs of triangles that meet.
-fn meetings(a: &Body, b: &Body, mut each: impl FnMut(u32, u32)) {
+/// Makes a box larger, so that a point is in it.
+fn include(bounds: &mut Aabb, point: DVec3) {
+    *bounds = Aabb { min: bounds.min.min(point), max: bounds.max.max(point) };
+}
+
+/// Returns whether the box between two corners lies in another.
+fn holds(bounds: &Aabb, [min, max]: [DVec3; 2]) -> bool {
+    min.cmpge(bounds.min).all() && max.cmple(bounds.max).all()
+}
+
+/// Includes in a box the crossings of sides and faces of two bodies. Triangles cross in what their boxes have in common:
+/// where this is in the box already they are not looked at, because coincident surfaces meet in all their triangles.
+fn include_crossings(a: &Body, b: &Body, bounds: &mut Aabb) {
     let trees = [&a.tree, &b.tree];
     let mut stack: Vec<[Node; 2]> = vec![[a.tree.root(), b.tree.root()]];
     let mut visited = 0u32;
@@ -82,7 +89,8 @@ fn meetings(a: &Body, b: &Body, mut each: impl FnMut(u32, u32)) {
         if visited.is_multiple_of(BETWEEN_CHECKPOINTS) {
             checkpoint();
         }
-        if a.tree.bounds(nodes[0]).squared_distance(b.tree.bounds(nodes[1])) > 0.0 {
+        let boxes = [a.tree.bounds(nodes[0]), b.tree.bounds(nodes[1])];
+        if !may_add(bounds, boxes.map(|around| around.corners())) {
             continue;
         }
         if let Some((below, count)) = opened(trees, nodes) {
@@ -91,23 +99,33 @@ fn meetings(a: &Body, b: &Body, mut each: impl FnMut(u32, u32)) {
         }
         for &i in a.tree.items(nodes[0]).unwrap_or_default() {
             let of_a = a.corners(i);
-            let around = Box32::around(of_a);
             for &j in b.tree.items(nodes[1]).unwrap_or_default() {
                 let of_b = b.corners(j);
-                if around.squared_distance(&Box32::around(of_b)) == 0.0 && do_meet(&of_a, &of_b) {
-                    each(i, j);
+                if may_add(bounds, [of_a, of_b].map(box_of)) && do_meet(&of_a, &of_b) {
+                    crossings(&of_a, &of_b, |point| include(bounds, point));
                 }
             }
         }
     }
 }
 
+/// Returns whether two boxes, each by its least and greatest corner, have a common point outside of another box.
+fn may_add(bounds: &Aabb, [[min, max], [other_min, other_max]]: [[DVec3; 2]; 2]) -> bool {
+    let common = [min.max(other_min), max.min(other_max)];
+    common[0].cmple(common[1]).all() && !holds(bounds, common)
+}
+
+/// Returns the least and the greatest corner of the box around a triangle.
+fn box_of([a, b, c]: [DVec3; 3]) -> [DVec3; 2] {
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
 /// Returns points at which the search for the largest ball starts: corners of either body within the box.
 fn seeds(a: &Body, b: &Body, bounds: Aabb) -> Vec<DVec3> {
     let mut seeds = vec![0.5 * (bounds.min + bounds.max)];
     for body in [a, b] {
-        let is_within = |corner: &&DVec3| corner.cmpge(bounds.min).all() && corner.cmple(bounds.max).all();
-        let within: Vec<DVec3> = body.mesh().positions.iter().filter(is_within).copied().collect();
+        let within: Vec<DVec3> =
+            body.mesh().positions.iter().filter(|&&corner| holds(&bounds, [corner; 2])).copied().collect();
         seeds.extend(within.iter().step_by(within.len().div_ceil(SEEDS).max(1)));
     }
     seeds
@@ -251,6 +269,32 @@ mod tests {
         let found = shared(&body, &body).unwrap();
         assert_eq!(Some(found.bounds), body.bounds());
         assert!(found.depth > 2.9 && found.depth <= 3.0);
+    }
+
+    #[test]
+    fn triangles_that_are_left_out_would_not_change_the_box() {
+        let ball = solids::geodesic(1.0, 6).unwrap();
+        let block = cube(DVec3::ZERO, 2.0);
+        // The same ball, one that crosses it, and a box of which four sides are flush.
+        for (mesh, shift) in [(&ball, DVec3::ZERO), (&ball, DVec3::new(0.3, 0.2, -0.6)), (&block, DVec3::X)] {
+            let mut other = mesh.clone();
+            other.positions.iter_mut().for_each(|position| *position += shift);
+            let [a, b] = [mesh, &other].map(|mesh| Body::new(mesh, FillRule::EvenOdd));
+            let mut all = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+            for (body, other) in [(&a, &b), (&b, &a)] {
+                let within = body.mesh().positions.iter().filter(|&&corner| other.contains(corner));
+                within.for_each(|&corner| include(&mut all, corner));
+            }
+            for i in 0..a.mesh().triangles.len() as u32 {
+                for j in 0..b.mesh().triangles.len() as u32 {
+                    crossings(&a.corners(i), &b.corners(j), |point| include(&mut all, point));
+                }
+            }
+            let common = common_box(&a, &b).unwrap();
+            let found = bounds_of_overlap(&a, &b, common).unwrap();
+            let distance = (found.min - all.min).abs().max((found.max - all.max).abs()).max_element();
+            assert!(distance < 1e-15, "{shift}: {found:?} instead of {all:?}");
+        }
     }
 
     #[test]
