@@ -32,7 +32,7 @@ impl FillDifference {
     /// The CPU always samples here: it finishes so few rays before a GPU has compiled its shaders.
     pub fn of(solid: &Solid) -> Result<Option<FillDifference>, Error> {
         let Ok(grid) = Grid::with_resolution(solid.bounds(), RESOLUTION, *LOD_RANGE.start()) else { return Ok(None) };
-        if !solid.is_oriented() {
+        if !solid.was_oriented() {
             return Ok(None);
         }
         let lattice = solid.quantise(&grid)?;
@@ -45,7 +45,8 @@ impl FillDifference {
 
     /// Returns the exact volumes under both rules, or else [those on a raster](FillDifference::of).
     pub fn exact(solid: &Solid) -> Result<Option<FillDifference>, Error> {
-        match solid.closed().and_then(|mesh| exact::volumes_of_solid(mesh).ok()) {
+        // The non-zero rule is not defined for a mesh whose triangles were turned.
+        match solid.closed().filter(|_| solid.was_oriented()).and_then(|mesh| exact::volumes_of_solid(mesh).ok()) {
             Some([even_odd, non_zero]) => Ok(Some(FillDifference { is_exact: true, even_odd, non_zero })),
             None => FillDifference::of(solid),
         }

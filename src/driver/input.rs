@@ -34,6 +34,8 @@ pub struct Solid {
     pub path: PathBuf,
     /// The checked mesh.
     pub surface: Surface,
+    /// The number of its triangles that were turned, so that all are consistently oriented.
+    pub turned: usize,
     /// The unit that the file itself states.
     pub stated_unit: Option<LengthUnit>,
     /// The unit of the coordinates, if the file or the user states it.
@@ -100,6 +102,11 @@ impl Solid {
     /// Returns whether the triangles are consistently oriented. Those of an open mesh are not.
     pub fn is_oriented(&self) -> bool {
         matches!(&self.surface, Surface::Closed(closed) if closed.oriented())
+    }
+
+    /// Returns whether the triangles were consistently oriented as given. Those of an open mesh were not.
+    pub fn was_oriented(&self) -> bool {
+        self.is_oriented() && self.turned == 0
     }
 
     /// Rounds the solid to a grid around it.
@@ -318,7 +325,7 @@ fn list(names: &[String]) -> String {
 fn solid(input: &Input, requirements: InputRequirements) -> Result<(Solid, Vec<Warning>), Error> {
     let mut solid = load(input, requirements)?;
     let mut warnings = std::mem::take(&mut solid.warnings);
-    warnings.extend(check_rules(&solid, requirements)?);
+    warnings.extend(check_rules(&mut solid, requirements)?);
     Ok((solid, warnings))
 }
 
@@ -394,6 +401,7 @@ impl Solid {
             operand: None,
             path: path.to_path_buf(),
             surface,
+            turned: 0,
             stated_unit: None,
             unit: None,
             volume,
@@ -423,8 +431,23 @@ fn checked_solid(
     Ok(Solid::unnamed(surface, volume, path))
 }
 
-/// Checks that the triangles of a solid meet the requirements of the fill rule and the operation.
-fn check_rules(solid: &Solid, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
+/// Turns the triangles of a closed mesh that are not consistently oriented, if they can be.
+fn orient(solid: &mut Solid) {
+    if let Surface::Closed(closed) = &solid.surface
+        && !closed.oriented()
+        && let Ok((oriented, turned)) = closed.as_ref().clone().orient()
+    {
+        (solid.volume, solid.turned) = (oriented.signed_volume(), turned);
+        solid.surface = Surface::Closed(Arc::new(oriented));
+    }
+}
+
+/// Checks that the triangles of a solid meet the requirements of the fill rule and the operation. Those that are not consistently
+/// oriented are turned first, if that does not change the solid under the rule.
+fn check_rules(solid: &mut Solid, requirements: InputRequirements) -> Result<Option<Warning>, Error> {
+    if requirements.fill == FillRule::EvenOdd {
+        orient(solid);
+    }
     let name = solid.name();
     if let (Some(beams), FillRule::EvenOdd) = (&solid.beams, requirements.fill) {
         return Err(Error::input(format!(
@@ -455,7 +478,8 @@ fn check_rules(solid: &Solid, requirements: InputRequirements) -> Result<Option<
             _ => {}
         }
     }
-    Ok(orientation_warning(solid, requirements.fill).filter(|_| requirements.sides == Sides::NotNeeded))
+    let matters = solid.turned > 0 || requirements.sides == Sides::NotNeeded;
+    Ok(orientation_warning(solid, requirements.fill).filter(|_| matters))
 }
 
 /// Rounding of coordinates by a placement, as a share of the mesh's size, above which there is a warning.
@@ -494,6 +518,14 @@ fn orientation_warning(solid: &Solid, fill: FillRule) -> Option<Warning> {
         FillRule::NonZero => "the non-zero rule treats it as solid",
     };
     match solid.is_oriented() {
+        true if solid.turned > 0 => Some(Warning::new(
+            "not-oriented",
+            format!(
+                "{name}: the triangles are not consistently oriented; {} of {} were turned so that they are; {effect}",
+                solid.turned,
+                solid.mesh().triangles.len()
+            ),
+        )),
         true if solid.volume < 0.0 => Some(Warning::new(
             "inside-out",
             format!("{name}: the mesh is inside out (its signed volume is {:.6}); {effect}", solid.volume),

@@ -35,7 +35,7 @@ use std::fmt;
 use crate::parallel::*;
 use glam::DVec3;
 
-use super::check::{MeshReport, Severity, check};
+use super::check::{MeshReport, Severity, check, turns};
 use super::hash::{Hash, PI, mix, position_hash};
 use super::measure::{EMPTY, include};
 use super::{Aabb, MassProperties, TriangleMesh};
@@ -96,6 +96,32 @@ impl ClosedMesh {
     /// and an outer side and [`ClosedMesh::signed_volume`] does not depend on the origin.
     pub fn oriented(&self) -> bool {
         self.oriented
+    }
+
+    /// Turns triangles so that all are [consistently oriented](ClosedMesh::oriented), and returns how many.
+    ///
+    /// The solid under the even-odd rule stays the same. Shells face outwards, unless an odd number of others is around a
+    /// vertex of theirs.
+    ///
+    /// # Errors
+    /// The unchanged mesh, if it has a one-sided surface, or edges of more than two triangles at which the parts that meet
+    /// are not oriented each by itself.
+    pub fn orient(mut self) -> Result<(ClosedMesh, usize), ClosedMesh> {
+        if self.oriented {
+            return Ok((self, 0));
+        }
+        let Some(turned) = turns(&self.mesh) else { return Err(self) };
+        let turn = |mesh: &mut TriangleMesh| {
+            let triangles = mesh.triangles.iter_mut().zip(&turned).filter(|(_, turned)| **turned);
+            triangles.for_each(|(triangle, _)| triangle.swap(1, 2));
+        };
+        turn(&mut self.mesh);
+        if Fold::of_mesh(&self.mesh).directions == [0; 2] {
+            let count = turned.iter().filter(|turned| **turned).count();
+            return Ok((ClosedMesh { oriented: true, ..self }, count));
+        }
+        turn(&mut self.mesh);
+        Err(self)
     }
 
     /// Returns the box of the positions that triangles use.
@@ -291,7 +317,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::testing::meshes::{cube, reversed, tetrahedron, together, unwelded};
+    use crate::testing::meshes::{cube, hollowed, reversed, tetrahedron, together, unwelded};
+    use crate::testing::random::Congruential;
 
     /// Returns a torus of quads, each cut in two.
     fn torus(around: u32, across: u32) -> TriangleMesh {
@@ -325,6 +352,68 @@ mod tests {
                 assert_eq!(closed.into_mesh(), mesh);
             }
         }
+    }
+
+    #[test]
+    fn turned_triangles_are_turned_back() {
+        let block = cube(DVec3::ZERO, 4.0);
+        let meshes = [
+            torus(30, 20),
+            // A part in a cavity; blocks that touch in an edge.
+            together(&[hollowed(block.clone(), &cube(DVec3::ONE, 2.0)), cube(DVec3::splat(1.5), 0.5)]),
+            together(&[block.clone(), cube(DVec3::new(4.0, 4.0, 0.0), 4.0)]),
+        ];
+        let mut random = Congruential::new(4);
+        for mesh in meshes.iter().flat_map(both_forms) {
+            for _ in 0..20 {
+                let mut turned = mesh.clone();
+                let mut count = 0;
+                for triangle in &mut turned.triangles {
+                    if random.below(3) == 0 {
+                        triangle.swap(1, 2);
+                        count += 1;
+                    }
+                }
+                let (oriented, back) = ClosedMesh::check(turned).unwrap().orient().unwrap();
+                assert!(oriented.oriented() && back == count && oriented.mesh() == &mesh);
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_with_a_common_wall_are_oriented_or_stay_as_they_are() {
+        let block = cube(DVec3::ZERO, 4.0);
+        let mesh = together(&[block.clone(), cube(DVec3::new(4.0, 0.0, 0.0), 4.0)]);
+        for triangle in 0..mesh.triangles.len() {
+            let mut turned = mesh.clone();
+            turned.triangles[triangle].swap(1, 2);
+            match ClosedMesh::check(turned.clone()).unwrap().orient() {
+                Ok((oriented, _)) => assert!(check(oriented.mesh()).is_oriented()),
+                Err(same) => assert!(!same.oriented() && same.mesh() == &turned),
+            }
+        }
+    }
+
+    #[test]
+    fn surfaces_with_one_side_stay_as_they_are() {
+        // The projective plane, of as few triangles as it can have.
+        let triangles = [
+            [0, 1, 4],
+            [0, 1, 5],
+            [0, 2, 3],
+            [0, 2, 5],
+            [0, 3, 4],
+            [1, 2, 3],
+            [1, 2, 4],
+            [1, 3, 5],
+            [2, 4, 5],
+            [3, 4, 5],
+        ];
+        let positions = [[0, 0, 0], [5, 0, 1], [1, 5, 0], [0, 1, 5], [5, 4, 2], [2, 5, 5]];
+        let positions = positions.map(|place: [i32; 3]| DVec3::from(place.map(f64::from))).to_vec();
+        let mesh = TriangleMesh { positions, triangles: triangles.to_vec() };
+        let same = ClosedMesh::check(mesh.clone()).unwrap().orient().unwrap_err();
+        assert!(!same.oriented() && same.mesh() == &mesh);
     }
 
     #[test]

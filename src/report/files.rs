@@ -433,7 +433,7 @@ fn file(role: &'static str, solid: &Solid) -> InputFile {
         sha256: solid.sha256.clone().unwrap_or_default(),
         triangles: solid.mesh().triangles.len() as u64,
         closed: solid.is_closed(),
-        oriented: solid.is_oriented(),
+        oriented: solid.was_oriented(),
         unit: solid.stated_unit,
     }
 }

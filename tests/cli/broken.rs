@@ -127,6 +127,7 @@ fn unoriented_meshes_are_measured_by_even_odd_alone() {
     assert_near(result["volume"]["value"].as_f64().unwrap(), 8.0, 1e-6);
     assert_eq!((&result["inputs"][0]["oriented"], &result["inputs"][0]["closed"]), (&false.into(), &true.into()));
     assert!(warning_codes(&result).contains(&"not-oriented"));
+    assert_eq!(result["volume"]["method"], "exact");
     let words = ["a.stl", "nonzero", "consistently oriented", "edges join triangles that face opposite ways"];
     folder.run(&["volume", "a.stl", "--fill", "nonzero"]).code(2).says(&words);
 }

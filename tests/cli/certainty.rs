@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Folder, cube, cuboid};
+use crate::{Folder, cube, cuboid, one_sided};
 
 /// Creates a folder with the cubes a and b of side 2, which share one of side 1.
 fn folder() -> Folder {
@@ -164,8 +164,7 @@ fn what_cannot_be_certified_is_refused() {
     folder.run(&overlapping).code(2).says(&["two.stl", "cannot be certified"]);
     folder.run(&["volume", "a.stl", "--assert-below", "1ml"]).code(2).says(&["--assert-below 1ml", "states no unit"]);
     folder.run(&["volume", "a.stl", "--assert-below", "much"]).code(2).says(&["a volume is a number"]);
-    let mut flipped = cube(0.0, 1.0);
-    flipped[0].swap(1, 2);
-    folder.stl("flipped.stl", &flipped);
-    folder.run(&["volume", "flipped.stl", "--bounds"]).code(2).says(&["flipped.stl", "not consistently oriented"]);
+    folder.stl("one-sided.stl", &one_sided());
+    let run = folder.run(&["volume", "one-sided.stl", "--bounds"]).code(2);
+    run.says(&["one-sided.stl", "not consistently oriented"]);
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::{Folder, assert_near, cube, cuboid, read};
+use crate::{Folder, assert_near, cube, cuboid, one_sided, read};
 
 /// Writes a cube of side 2, one that overlaps it by 1, one that touches it, one 0.25 away, and one far away.
 fn with_parts() -> Folder {
@@ -13,13 +13,14 @@ fn with_parts() -> Folder {
     folder
 }
 
-/// Returns a cube of side 2 with a corner pulled through the face below. One of its triangles is turned over, so that it has no exact
-/// volume.
-pub fn turned_over() -> Vec<[[f64; 3]; 3]> {
+/// Returns a cube of side 2 with a corner pulled through the face below, and a surface with one side beyond the corner, so that
+/// it has no exact volume.
+pub fn without_exact_volume() -> Vec<[[f64; 3]; 3]> {
     let pulled = |corner: [f64; 3]| if corner == [2.0; 3] { [1.0, 1.0, -0.5] } else { corner };
-    let mut triangles: Vec<[[f64; 3]; 3]> = cube(0.0, 2.0).iter().map(|triangle| triangle.map(pulled)).collect();
-    triangles[0].swap(1, 2);
-    triangles
+    let away = |corner: [f64; 3]| corner.map(|coordinate| 2.0 + coordinate);
+    let (block, far) = (cube(0.0, 2.0), one_sided());
+    let block = block.iter().map(|triangle| triangle.map(pulled));
+    block.chain(far.iter().map(|triangle| triangle.map(away))).collect()
 }
 
 #[test]
@@ -266,9 +267,9 @@ fn verbose_text_has_the_pairs_that_break_no_rule() {
 #[test]
 fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let folder = Folder::new();
-    folder.stl("turned.stl", &turned_over());
+    folder.stl("a.stl", &without_exact_volume());
     folder.stl("b.stl", &cuboid([-1.0, -1.0, -0.25], [1.2, 1.2, 1.1]));
-    let files = ["turned.stl", "b.stl", "--unit", "mm"];
+    let files = ["a.stl", "b.stl", "--unit", "mm"];
     let intersect = ["intersect", "--estimate", "--resolution", "600"];
     let known = folder.json(&[&intersect[..], &files].concat())["volume"]["value"].as_f64().unwrap();
     let volume = |flags: &[&str]| {
@@ -289,7 +290,7 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     clash(&["--adapter", "no such card"]).code(3).says(&[]);
     // No ray meets a thin rod, which certainly overlaps.
     folder.stl("rod.stl", &cuboid([0.9, 0.9, -50.0], [0.91, 0.91, 50.0]));
-    let run = folder.run(&["clash", "turned.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
+    let run = folder.run(&["clash", "a.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
     let pair = &run.json()["pairs"][0];
     assert_eq!((&pair["finding"], &pair["overlap"]["certain"]), (&"overlap".into(), &true.into()), "{pair}");
     assert_eq!(pair["overlap"]["volume"]["value"], 0.0);

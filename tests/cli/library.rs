@@ -212,6 +212,23 @@ fn solids_from_triangles_take_units_and_placements() {
 }
 
 #[test]
+fn triangles_that_face_either_way_are_turned_for_the_even_odd_rule_alone() {
+    let mesh = ldi_ops::solids::geodesic(3.0, 4).unwrap();
+    let of =
+        |triangles: &[[u32; 3]]| Solid::from_triangles(mesh.positions.iter().copied(), triangles.to_vec()).unwrap();
+    let mut mixed = mesh.triangles.clone();
+    mixed.iter_mut().step_by(3).for_each(|triangle| triangle.swap(0, 1));
+    let volume = |solid: &Solid, fill: FillRule| solid.volume(&Settings::default().fill(fill));
+    let (plain, mixed) =
+        (of(&mesh.triangles), of(&mixed).transformed(glam::DAffine3::from_scale(glam::DVec3::splat(2.0))));
+    let [expected, found] = [&plain, &mixed].map(|solid| volume(solid, FillRule::EvenOdd).unwrap());
+    assert!(found.to_string().ends_with("(exact)"), "{found}");
+    assert_near(found.value, 8.0 * expected.value, 1e-12 * found.value);
+    let refused = volume(&mixed, FillRule::NonZero).unwrap_err().to_string();
+    assert!(refused.contains("consistently oriented") && refused.contains("--fill even-odd"), "{refused}");
+}
+
+#[test]
 fn a_listener_stops_any_operation() {
     struct Stop;
     impl ldi_ops::Progress for Stop {

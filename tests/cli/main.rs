@@ -180,6 +180,15 @@ fn cube(at: f64, side: f64) -> Vec<Triangle> {
     cuboid([at; 3], [at + side; 3])
 }
 
+/// Returns a closed surface with one side, a projective plane of ten triangles, in the unit cube.
+fn one_sided() -> Vec<Triangle> {
+    const CORNERS: [[f64; 3]; 6] =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.0, 0.0], [0.0, 0.1, 1.0], [1.0, 0.9, 0.3], [0.3, 1.0, 1.0]];
+    let faces =
+        [[0, 1, 4], [0, 1, 5], [0, 2, 3], [0, 2, 5], [0, 3, 4], [1, 2, 3], [1, 2, 4], [1, 3, 5], [2, 4, 5], [3, 4, 5]];
+    faces.map(|face| face.map(|corner: usize| CORNERS[corner])).to_vec()
+}
+
 fn inside_out(triangles: &[Triangle]) -> Vec<Triangle> {
     triangles.iter().map(|&[a, b, c]| [a, c, b]).collect()
 }

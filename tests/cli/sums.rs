@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
+use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, one_sided, warning_codes};
 
 /// A box with a smaller box as a cavity.
 pub fn hollow(outer: f64, inner: f64) -> Vec<Triangle> {
@@ -482,7 +482,7 @@ fn overlapping_shells_unite_under_nonzero() {
 }
 
 #[test]
-fn inside_out_solids_are_turned_and_unoriented_ones_refused() {
+fn solids_that_are_inside_out_or_not_oriented_are_turned_and_one_sided_ones_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.stl("turned.stl", &inside_out(&cube(0.0, 1.0)));
@@ -499,12 +499,34 @@ fn inside_out_solids_are_turned_and_unoriented_ones_refused() {
     folder.stl("open.stl", &open);
     let run = folder.run(&["minkowski", "a.stl", "open.stl"]).code(2).says(&["open.stl", "not closed"]);
     assert!(!run.stderr().contains("--allow-open"), "{}", run.stderr());
-    // Two faces of a cube turned around: the mesh is closed but not oriented.
-    let mut torn = cube(0.0, 1.0);
-    torn[0].swap(1, 2);
-    torn[1].swap(1, 2);
+    // A hollow cube of which some triangles are turned.
+    let mut torn = [cube(0.0, 5.0), cube(1.0, 3.0)].concat();
+    for triangle in [0, 1, 12, 20] {
+        torn[triangle].swap(1, 2);
+    }
     folder.stl("torn.stl", &torn);
-    folder.run(&["minkowski", "a.stl", "torn.stl"]).code(2).says(&["torn.stl", "not consistently oriented"]);
+    let result = sum(&folder, &["torn.stl", "a.stl", "--resolution", "64"]);
+    assert_near(volume(&result), 7.0 * 7.0 * 7.0 - 1.0, 0.1);
+    assert_eq!(warning_codes(&result), ["not-oriented"]);
+    folder.stl("hollow.stl", &[cube(0.0, 5.0), inside_out(&cube(1.0, 3.0))].concat());
+    assert_eq!(volume(&result), volume(&sum(&folder, &["hollow.stl", "a.stl", "--resolution", "64"])));
+    // Overlapping shells: the way out that the error names is one.
+    let mut overlapping = [cube(0.0, 2.0), cube(1.0, 2.0)].concat();
+    overlapping[5].swap(1, 2);
+    folder.stl("overlapping.stl", &overlapping);
+    let measured = folder.run(&["volume", "overlapping.stl"]).code(0);
+    assert!(!measured.stderr().contains("--fill nonzero"), "{}", measured.stderr());
+    let one = ["csg", "a", "a=overlapping.stl", "-o", "one.stl"];
+    for job in [&["minkowski", "overlapping.stl", "a.stl"][..], &["offset", "overlapping.stl", "--distance", "-0.2"]] {
+        let run = folder.run(job).code(2);
+        run.says(&["overlapping.stl: ", "shells", "ldi-ops csg a a=overlapping.stl -o one.stl"]);
+    }
+    folder.run(&one).code(0);
+    let eroded = folder.json(&["offset", "one.stl", "--distance", "-0.2", "--resolution", "64"]);
+    assert!(eroded["volume"]["value"].as_f64().unwrap() > 0.0);
+    folder.stl("one-sided.stl", &one_sided());
+    let run = folder.run(&["minkowski", "a.stl", "one-sided.stl"]).code(2);
+    run.says(&["one-sided.stl", "not consistently oriented"]);
 }
 
 #[test]

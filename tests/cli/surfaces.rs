@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::{Folder, assert_near, cube, cuboid, read, warning_codes};
+use crate::{Folder, assert_near, cube, cuboid, one_sided, read, warning_codes};
 
 /// Returns the JSON that `check` gives for a mesh.
 fn checked(folder: &Folder, path: &str) -> Value {
@@ -143,14 +143,15 @@ fn booleans_are_written_exactly_wherever_they_can_be() {
         csg["volume"]["value"].as_f64().unwrap(),
         1e-9,
     );
-    // A triangle is turned over.
-    let mut turned = cuboid([0.0; 3], [2.0; 3]);
-    turned[0].swap(1, 2);
-    folder.stl("turned.stl", &turned);
-    let command = ["intersect", "turned.stl", "all.stl", "--resolution", "64", "-o", "f.stl"];
+    // A part of the surface has one side.
+    folder.stl(
+        "part.stl",
+        &[cuboid([0.0; 3], [2.0; 3]), one_sided().iter().map(|t| t.map(|c| c.map(|x| x + 3.0))).collect()].concat(),
+    );
+    let command = ["intersect", "part.stl", "all.stl", "--resolution", "64", "-o", "f.stl"];
     assert_eq!(folder.json(&command)["surface"]["method"], "sampled");
     let insisting = [&command[..], &["--mesh", "exact"]].concat();
-    folder.run(&insisting).code(2).says(&["turned.stl", "not consistently oriented", "--mesh exact"]);
+    folder.run(&insisting).code(2).says(&["part.stl", "not consistently oriented", "--mesh exact"]);
     let along_one = [&command[..], &["--axis", "z"]].concat();
     folder.run(&along_one).code(2).says(&["images along all axes", "--axis"]);
 }

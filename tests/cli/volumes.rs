@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Folder, Triangle, assert_near, cuboid, inside_out, warning_codes};
+use crate::{Folder, Triangle, assert_near, cuboid, inside_out, one_sided, warning_codes};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
@@ -93,17 +93,41 @@ fn shells_that_cross_themselves_have_exact_volumes() {
 }
 
 #[test]
-fn volumes_of_meshes_that_are_not_oriented_are_estimated_and_the_reason_is_stated() {
+fn triangles_that_face_either_way_are_turned_under_the_even_odd_rule() {
     let folder = Folder::new();
-    let mut turned = folded();
-    turned[0].swap(1, 2);
-    folder.stl("turned.stl", &turned);
-    let result = folder.json(&["volume", "turned.stl", "--resolution", "64"]);
+    let shells = [folded(), cuboid([4.0; 3], [7.0; 3]), cuboid([5.0; 3], [6.0; 3])].concat();
+    let turned = |(i, mut triangle): (usize, Triangle)| {
+        if i % 3 == 1 {
+            triangle.swap(1, 2);
+        }
+        triangle
+    };
+    let mixed: Vec<Triangle> = shells.into_iter().enumerate().map(turned).collect();
+    folder.stl("mixed.stl", &mixed);
+    let result = folder.json(&["volume", "mixed.stl", "--exact", "--unit", "mm"]);
+    assert_honest(&result, 10.0 / 3.0 + 26.0, 1e-9);
+    assert_eq!((&result["inputs"][0]["oriented"], warning_codes(&result)), (&false.into(), vec!["not-oriented"]));
+    // Which of two sides of a surface stays is free, but all triangles of a shell agree.
+    let warning = result["warnings"][0]["message"].as_str().unwrap();
+    assert!(warning.contains(" of 36 were turned"), "{warning}");
+    let made =
+        folder.json(&["difference", "mixed.stl", "mixed.stl", "--transform-b", "translate(0,0,9)", "-o", "out.ply"]);
+    assert_honest(&made, 10.0 / 3.0 + 26.0, 1e-9);
+    assert_eq!(made["surface"]["method"], "exact");
+    let run = folder.run(&["volume", "mixed.stl", "--fill", "nonzero"]).code(2);
+    run.says(&["mixed.stl", "consistently oriented", "--fill even-odd"]);
+}
+
+#[test]
+fn volumes_of_meshes_with_one_side_are_estimated_and_the_reason_is_stated() {
+    let folder = Folder::new();
+    folder.stl("one-sided.stl", &one_sided());
+    let result = folder.json(&["volume", "one-sided.stl", "--resolution", "64"]);
     let volume = &result["volume"];
     assert_eq!((&volume["method"], &volume["exact"]), (&"estimate".into(), &Value::Null));
     assert!(volume["not_exact"].as_str().unwrap().contains("not consistently oriented"), "{volume}");
-    folder.run(&["volume", "turned.stl", "--exact"]).code(2).says(&[
-        "turned.stl",
+    folder.run(&["volume", "one-sided.stl", "--exact"]).code(2).says(&[
+        "one-sided.stl",
         "not consistently oriented",
         "--exact",
     ]);

@@ -157,9 +157,10 @@ Examples:
   ldi-ops intersect a.stl b.stl --transform-b 'translate(1,0,0) rotate(0,0,1,30)' -o common.npz
   ldi-ops intersect a.stl b.stl --backend gpu
 
-The volume is exact if the triangles of all solids are consistently oriented, whatever the raster. The
-raster is for files (-o), for --estimate, and for solids whose volume is not exact; it encloses the
-box of all solids. In the JSON, `inputs[].volume` is the signed volume of the mesh itself.";
+The volume is exact if the triangles of all solids are consistently oriented, or can be turned so
+under the even-odd rule, whatever the raster. The raster is for files (-o), for --estimate, and for
+solids whose volume is not exact; it encloses the box of all solids. In the JSON, `inputs[].volume`
+is the signed volume of the mesh itself.";
 
 #[derive(Debug, Args)]
 #[command(after_help = LIST_EXAMPLES)]
@@ -176,9 +177,10 @@ Examples:
   ldi-ops xor a.stl b.stl --axis all --json result.json
 
 More than two solids are combined from left to right: A − B − C, A xor B xor C. The volume is exact
-if the triangles of all solids are consistently oriented, whatever the raster, which is for files (-o)
-and for --estimate; it encloses the box of all solids. An over-estimate of a difference subtracts under-estimates, so that it
-remains an over-estimate. --transform names the solids a, b, c … z, aa, ab …";
+if the triangles of all solids are consistently oriented, or can be turned so under the even-odd
+rule, whatever the raster, which is for files (-o) and for --estimate; it encloses the box of all
+solids. An over-estimate of a difference subtracts under-estimates, so that it remains an
+over-estimate. --transform names the solids a, b, c … z, aa, ab …";
 
 /// Two or more solids, their placement, and the operation's options.
 #[derive(Debug, Args)]
@@ -270,13 +272,13 @@ Examples:
   ldi-ops volume part.stl --tolerance 0.1%
   ldi-ops volume *.stl --json volumes.json
 
-JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with one object per
-file; for a single file its keys are at the top level too. If a file cannot be measured, its
+JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with one object
+per file; for a single file its keys are at the top level too. If a file cannot be measured, its
 object is {\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds
-the keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid,
-unit density). They are exact if the triangles of the solid are consistently oriented. Otherwise the
-area is that of the mesh's triangles, times the share of ray hits along all three axes that bound
-the solid: triangles inside the solid do not count.";
+the keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit
+density). They are exact if the triangles of the solid are consistently oriented, or can be turned
+so under the even-odd rule. Otherwise the area is that of the mesh's triangles, times the share of
+ray hits along all three axes that bound the solid: triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]

@@ -313,7 +313,7 @@ fn input(solid: &Solid) -> Value {
         "sha256": solid.sha256,
         "triangles": solid.mesh().triangles.len(),
         "closed": solid.is_closed(),
-        "oriented": solid.is_oriented(),
+        "oriented": solid.was_oriented(),
         "volume": solid.volume,
     });
     if let Some(name) = &solid.operand {

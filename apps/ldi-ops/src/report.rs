@@ -305,7 +305,7 @@ fn inputs(table: &mut Table, result: &Measured) {
     let cubed = unit::suffix(result.unit, 3);
     for (i, solid) in result.solids.iter().enumerate() {
         let lack = |is: bool, name: &str| if is { String::new() } else { format!(", not {name}") };
-        let (closed, oriented) = (lack(solid.is_closed(), "closed"), lack(solid.is_oriented(), "oriented"));
+        let (closed, oriented) = (lack(solid.is_closed(), "closed"), lack(solid.was_oriented(), "oriented"));
         let triangles = solid.mesh().triangles.len();
         let volume = number(solid.volume);
         let operand = solid.operand.as_ref().map(|name| format!("{name} = ")).unwrap_or_default();

@@ -467,20 +467,25 @@ fn face_outwards(
     requirements: InputRequirements,
 ) -> Result<Option<Warning>, Error> {
     let name = solid.name().to_string();
+    // The non-zero rule is not defined for a mesh whose triangles were turned.
+    let unite = match solid.turned {
+        0 => format!("unite them first with `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"),
+        _ => format!("make one surface of them first with `ldi-ops csg a a={name} -o one.stl`"),
+    };
     if let Some(share) = windings.overlap() {
         let overlap = format!("{name}: shells overlap in {:.2} % of the solid", 100.0 * share);
         match (requirements.fill, side) {
             (FillRule::NonZero, Side::Inside) => {}
             (FillRule::EvenOdd, Side::Inside) => {
+                let way_out = if solid.turned == 0 { "--fill nonzero unites them" } else { &unite };
                 return Err(Error::input(format!(
-                    "{overlap}, and the even-odd rule cancels them there, for which no sum is defined; --fill nonzero unites them"
+                    "{overlap}, and the even-odd rule cancels them there, for which no sum is defined; {way_out}"
                 )));
             }
             // A wall inside two overlapping shells bounds nothing, but would be a surface of the complement.
             (_, Side::Outside) => {
                 return Err(Error::input(format!(
-                    "{overlap}, and this operation would shrink each shell by itself; unite them first with `ldi-ops sample {name} \
-                     --fill nonzero --mode exact -o one.stl`"
+                    "{overlap}, and this operation would shrink each shell by itself; {unite}"
                 )));
             }
         }
@@ -490,7 +495,7 @@ fn face_outwards(
             let share = 100.0 * windings.share_of_overlaps();
             let message = format!(
                 "{name}: shells overlap in about {share:.1e} % of the solid; each shrinks by itself, so the result is disconnected \
-                 there; unite them first with `ldi-ops sample {name} --fill nonzero --mode exact -o one.stl`"
+                 there; {unite}"
             );
             Ok(Some(Warning::new("overlap", message)))
         }
@@ -504,8 +509,8 @@ fn face_outwards(
             Ok(Some(Warning::new("inside-out", message)))
         }
         Shells::Mixed => Err(Error::input(format!(
-            "{name}: some shells face outwards and others inwards without a shell around them, so the inside is ambiguous; \
-             orient all shells the same way"
+            "{name}: some shells face outwards and others inwards without a shell around them, so the inside is ambiguous; {}",
+            if solid.turned == 0 { "orient all shells the same way" } else { &unite }
         ))),
     }
 }

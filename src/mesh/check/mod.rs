@@ -25,6 +25,7 @@ mod display;
 mod edges;
 mod exact;
 mod nesting;
+mod orient;
 mod report;
 mod shells;
 #[cfg(test)]
@@ -38,6 +39,7 @@ use super::hash::position_hash;
 use edges::{connect, edge_uses};
 use exact::are_collinear;
 use nesting::judge;
+pub(super) use orient::turns;
 pub use report::{
     BadIndex, BadPosition, Defect, DuplicatePlace, EdgePlace, Findings, MeshReport, Severity, ShellPlace,
     TrianglePlace, VertexPlace,

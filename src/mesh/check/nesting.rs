@@ -13,6 +13,24 @@ use crate::mesh::meet::widest_axis;
 
 /// Finds shells that face the wrong way for their depth.
 pub(super) fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report: &mut MeshReport) {
+    for (shell, depth) in shells.iter().zip(depths(vertices, faces, shells)) {
+        let findings = match (shell.facing(), depth % 2) {
+            (Facing::Inwards, 0) => &mut report.inside_out,
+            (Facing::Outwards, 1) => &mut report.solids_in_solids,
+            _ => continue,
+        };
+        findings.add(|| ShellPlace {
+            triangle: faces[shell.faces[0]].triangle,
+            faces: shell.faces.len(),
+            signed_volume: shell.signed_volume,
+            depth,
+            bounds: shell.bounds,
+        });
+    }
+}
+
+/// Returns the number of shells that each shell lies in.
+pub(super) fn depths(vertices: &[DVec3], faces: &[Face], shells: &[Shell]) -> Vec<usize> {
     let cells = Cells::new(shells);
     let contents: Vec<Vec<usize>> = (0..shells.len())
         .into_par_iter()
@@ -29,20 +47,7 @@ pub(super) fn judge(vertices: &[DVec3], faces: &[Face], shells: &[Shell], report
         .collect();
     let mut depths = vec![0usize; shells.len()];
     contents.iter().flatten().for_each(|&inner| depths[inner] += 1);
-    for (shell, depth) in shells.iter().zip(depths) {
-        let findings = match (shell.facing(), depth % 2) {
-            (Facing::Inwards, 0) => &mut report.inside_out,
-            (Facing::Outwards, 1) => &mut report.solids_in_solids,
-            _ => continue,
-        };
-        findings.add(|| ShellPlace {
-            triangle: faces[shell.faces[0]].triangle,
-            faces: shell.faces.len(),
-            signed_volume: shell.signed_volume,
-            depth,
-            bounds: shell.bounds,
-        });
-    }
+    depths
 }
 
 /// Shells by the lower corners of their boxes, in about as many cells as there are shells.

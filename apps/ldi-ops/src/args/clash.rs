@@ -98,9 +98,9 @@ bolts.toml lists parts with their places; paths are relative to it:
 A part has the name of its file, with that of its object in an assembly: assembly.3mf/bolt. Equal
 names are numbered: bolt#2. --transform names the files and folders a, b, c …; all parts of one move
 together. Parts are separate, touching or overlapping. Distances are exact, and so are volumes of
-parts whose triangles are consistently oriented; others are estimates with their range. The exit code
-is 1 if a pair breaks a rule: if it overlaps by more than --max-volume, touches without
---allow-touching, or is nearer than --clearance.
+parts whose triangles are consistently oriented, or can be turned so under the even-odd rule; others
+are estimates with their range. The exit code is 1 if a pair breaks a rule: if it overlaps by more
+than --max-volume, touches without --allow-touching, or is nearer than --clearance.
 
 JSON: {\"schema\", \"command\", \"unit\", \"clearance\", \"passed\", \"counts\", \"parts\", \"pairs\": [{\"a\", \"b\",
 \"state\", \"finding\", \"distance\", \"points\", \"overlap\": {\"volume\", \"bounds\", \"deepest\", \"depth\",

@@ -44,12 +44,12 @@ Examples:
   ldi-ops minkowski part.stl b.stl --memory 2G
 
 A ⊕ B is the set of all sums a + b. Neither solid needs to be convex or to contain the origin;
-the sum moves with B. Both solids must be closed and consistently oriented; a solid that is
-inside out is reversed. --fill nonzero unites overlapping shells of one solid. The result of
---difference may be empty: a warning says so, and --bounds limits what may be left. The images
-along all three axes are made even if --axis names one. The JSON adds `memory` and `steps`: pairs
-of features, their primitives, the crossings of these, and the resolved gaps. --backend gpu finds
-the crossings and resolves the gaps on the GPU.";
+the sum moves with B. Both solids must be closed and consistently oriented, or able to be turned so
+under the even-odd rule; a solid that is inside out is reversed. --fill nonzero unites overlapping
+shells of one solid. The result of --difference may be empty: a warning says so, and --bounds limits
+what may be left. The images along all three axes are made even if --axis names one. The JSON adds
+`memory` and `steps`: pairs of features, their primitives, the crossings of these, and the resolved
+gaps. --backend gpu finds the crossings and resolves the gaps on the GPU.";
 
 #[derive(Debug, Args)]
 #[command(after_help = OFFSET_EXAMPLES)]
