@@ -9,6 +9,7 @@ use super::triangles::{crossings, do_meet};
 use crate::box_tree::{Node, opened};
 use crate::cancel::checkpoint;
 use crate::mesh::Aabb;
+use crate::mesh::measure::{EMPTY, include};
 
 /// The region that two bodies share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,50 +38,42 @@ const BETWEEN_CHECKPOINTS: u32 = 1 << 12;
 
 /// Returns the region that two bodies share; `None` where no corner of one lies in the other and no surfaces cross.
 pub fn region(a: &Body, b: &Body) -> Option<Region> {
-    let common = common_box(a, b)?;
-    let bounds = bounds_of_overlap(a, b, common)?;
+    let bounds = bounds_of_overlap(a, b)?;
     Some(deepest(a, b, bounds, seeds(a, b, bounds)))
 }
 
-/// Returns the common part of the boxes of two bodies.
-fn common_box(a: &Body, b: &Body) -> Option<Aabb> {
-    let [a, b] = [a.mesh().bounds()?, b.mesh().bounds()?];
+/// Returns the common part of two boxes.
+fn common(a: Aabb, b: Aabb) -> Option<Aabb> {
     let common = Aabb { min: a.min.max(b.min), max: a.max.min(b.max) };
     common.min.cmple(common.max).all().then_some(common)
 }
 
+/// Returns whether a point lies in a box.
+fn holds(bounds: &Aabb, point: DVec3) -> bool {
+    point.cmpge(bounds.min).all() && point.cmple(bounds.max).all()
+}
+
 /// Returns the box around the overlap: around the corners of one body in the other, and the crossings of sides and faces.
 /// These are the corners of the overlap.
-fn bounds_of_overlap(a: &Body, b: &Body, common: Aabb) -> Option<Aabb> {
-    let mut bounds = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+fn bounds_of_overlap(a: &Body, b: &Body) -> Option<Aabb> {
+    let around = common(a.mesh().bounds()?, b.mesh().bounds()?)?;
+    let mut bounds = EMPTY;
     for (body, other) in [(a, b), (b, a)] {
         for (i, &corner) in body.mesh().positions.iter().enumerate() {
             if i % BETWEEN_CHECKPOINTS as usize == 0 {
                 checkpoint();
             }
-            if holds(&common, [corner; 2]) && !holds(&bounds, [corner; 2]) && other.contains(corner) {
-                include(&mut bounds, corner);
+            if holds(&around, corner) && !holds(&bounds, corner) && other.contains(corner) {
+                bounds = include(bounds, corner);
             }
         }
     }
-    include_crossings(a, b, &mut bounds);
-    let bounds = Aabb { min: bounds.min.max(common.min), max: bounds.max.min(common.max) };
-    bounds.min.cmple(bounds.max).all().then_some(bounds)
+    common(include_crossings(a, b, bounds), around)
 }
 
-/// Makes a box larger, so that a point is in it.
-fn include(bounds: &mut Aabb, point: DVec3) {
-    *bounds = Aabb { min: bounds.min.min(point), max: bounds.max.max(point) };
-}
-
-/// Returns whether the box between two corners lies in another.
-fn holds(bounds: &Aabb, [min, max]: [DVec3; 2]) -> bool {
-    min.cmpge(bounds.min).all() && max.cmple(bounds.max).all()
-}
-
-/// Includes in a box the crossings of sides and faces of two bodies. Triangles cross in what their boxes have in common:
+/// Returns a box with the crossings of sides and faces of two bodies. Triangles cross in what their boxes have in common:
 /// where this is in the box already they are not looked at, because coincident surfaces meet in all their triangles.
-fn include_crossings(a: &Body, b: &Body, bounds: &mut Aabb) {
+fn include_crossings(a: &Body, b: &Body, mut bounds: Aabb) -> Aabb {
     let trees = [&a.tree, &b.tree];
     let mut stack: Vec<[Node; 2]> = vec![[a.tree.root(), b.tree.root()]];
     let mut visited = 0u32;
@@ -90,7 +83,8 @@ fn include_crossings(a: &Body, b: &Body, bounds: &mut Aabb) {
             checkpoint();
         }
         let boxes = [a.tree.bounds(nodes[0]), b.tree.bounds(nodes[1])];
-        if !may_add(bounds, boxes.map(|around| around.corners())) {
+        let [around_a, around_b] = boxes.map(|around| around.corners()).map(|[min, max]| Aabb { min, max });
+        if !may_add(&bounds, around_a, around_b) {
             continue;
         }
         if let Some((below, count)) = opened(trees, nodes) {
@@ -101,23 +95,19 @@ fn include_crossings(a: &Body, b: &Body, bounds: &mut Aabb) {
             let of_a = a.corners(i);
             for &j in b.tree.items(nodes[1]).unwrap_or_default() {
                 let of_b = b.corners(j);
-                if may_add(bounds, [of_a, of_b].map(box_of)) && do_meet(&of_a, &of_b) {
-                    crossings(&of_a, &of_b, |point| include(bounds, point));
+                let [around_a, around_b] = [of_a, of_b].map(|corners| corners.into_iter().fold(EMPTY, include));
+                if may_add(&bounds, around_a, around_b) && do_meet(&of_a, &of_b) {
+                    crossings(&of_a, &of_b, |point| bounds = include(bounds, point));
                 }
             }
         }
     }
+    bounds
 }
 
-/// Returns whether two boxes, each by its least and greatest corner, have a common point outside of another box.
-fn may_add(bounds: &Aabb, [[min, max], [other_min, other_max]]: [[DVec3; 2]; 2]) -> bool {
-    let common = [min.max(other_min), max.min(other_max)];
-    common[0].cmple(common[1]).all() && !holds(bounds, common)
-}
-
-/// Returns the least and the greatest corner of the box around a triangle.
-fn box_of([a, b, c]: [DVec3; 3]) -> [DVec3; 2] {
-    [a.min(b).min(c), a.max(b).max(c)]
+/// Returns whether two boxes have a common point outside of another box.
+fn may_add(bounds: &Aabb, a: Aabb, b: Aabb) -> bool {
+    common(a, b).is_some_and(|common| !(holds(bounds, common.min) && holds(bounds, common.max)))
 }
 
 /// Returns points at which the search for the largest ball starts: corners of either body within the box.
@@ -125,7 +115,7 @@ fn seeds(a: &Body, b: &Body, bounds: Aabb) -> Vec<DVec3> {
     let mut seeds = vec![0.5 * (bounds.min + bounds.max)];
     for body in [a, b] {
         let within: Vec<DVec3> =
-            body.mesh().positions.iter().filter(|&&corner| holds(&bounds, [corner; 2])).copied().collect();
+            body.mesh().positions.iter().filter(|&&corner| holds(&bounds, corner)).copied().collect();
         seeds.extend(within.iter().step_by(within.len().div_ceil(SEEDS).max(1)));
     }
     seeds
@@ -280,18 +270,17 @@ mod tests {
             let mut other = mesh.clone();
             other.positions.iter_mut().for_each(|position| *position += shift);
             let [a, b] = [mesh, &other].map(|mesh| Body::new(mesh, FillRule::EvenOdd));
-            let mut all = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+            let mut all = EMPTY;
             for (body, other) in [(&a, &b), (&b, &a)] {
                 let within = body.mesh().positions.iter().filter(|&&corner| other.contains(corner));
-                within.for_each(|&corner| include(&mut all, corner));
+                within.for_each(|&corner| all = include(all, corner));
             }
             for i in 0..a.mesh().triangles.len() as u32 {
                 for j in 0..b.mesh().triangles.len() as u32 {
-                    crossings(&a.corners(i), &b.corners(j), |point| include(&mut all, point));
+                    crossings(&a.corners(i), &b.corners(j), |point| all = include(all, point));
                 }
             }
-            let common = common_box(&a, &b).unwrap();
-            let found = bounds_of_overlap(&a, &b, common).unwrap();
+            let found = bounds_of_overlap(&a, &b).unwrap();
             let distance = (found.min - all.min).abs().max((found.max - all.max).abs()).max_element();
             assert!(distance < 1e-15, "{shift}: {found:?} instead of {all:?}");
         }

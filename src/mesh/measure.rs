@@ -202,11 +202,11 @@ impl Sum {
 }
 
 /// The empty box, which any union replaces.
-pub(super) const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+pub(crate) const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
 /// Grows a box to include a position; a NaN coordinate leaves it unchanged.
 #[inline]
-pub(super) fn include(bounds: Aabb, position: DVec3) -> Aabb {
+pub(crate) fn include(bounds: Aabb, position: DVec3) -> Aabb {
     // Written out because the comparison then compiles to one instruction, and a NaN leaves the box unchanged.
     let least = |p: f64, b: f64| if p < b { p } else { b };
     let most = |p: f64, b: f64| if p > b { p } else { b };

@@ -267,6 +267,7 @@ def non_zero(file, placement):
 
 
 def by_cgal(operation, a, b):
+    """Returns CGAL's Boolean of two meshes."""
     sides = (part for mesh in (a, b) for part in (mesh.points, np.ascontiguousarray(mesh.faces)))
     points, faces, *_ = cgal.mesh_boolean(*sides, {"difference": "minus"}.get(operation, operation))
     return Mesh(np.array(points), np.array(faces, dtype=np.int64))
