@@ -350,8 +350,9 @@ def exact_complaints(case, mesh, told, right):
         given, crossing = sum(crossings_of_file(file) for file, _ in (case.a, case.b)), crossing_pairs(mesh)
         if crossing > given:
             rows.append(("crossing pairs", given, crossing))
+    # The halves of an xor may share faces, which are not part of its surface.
     area = trimesh.Trimesh(mesh.points, mesh.faces, process=False).area
-    if not abs(area - right.area) <= 1e-6 * right.area:
+    if case.operation != "xor" and not abs(area - right.area) <= 1e-6 * right.area:
         rows.append(("area", right.area, area))
     if right.topology is None:
         return rows
