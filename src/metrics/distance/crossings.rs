@@ -261,6 +261,19 @@ fn alternating(depths: &[i32]) -> Vec<i32> {
 
 #[cfg(test)]
 impl Crossings {
+    /// Returns crossings at the given places of each row along each axis, ascending.
+    pub(super) fn of_places(size: [usize; 3], mut places: impl FnMut(Axis, usize) -> Vec<f32>) -> Crossings {
+        let rows = Axis::ALL.map(|axis| {
+            let mut rows = Rows { starts: vec![0], places: Vec::new() };
+            for row in 0..size[axis.column()] * size[axis.row()] {
+                rows.places.extend(places(axis, row));
+                rows.starts.push(rows.places.len() as u32);
+            }
+            rows
+        });
+        Crossings { size, rows, walls: None }
+    }
+
     /// Returns the crossings of the solid where a function of the position in pitches is negative, found by bisection between
     /// neighbours, and its nodes. With [`BoundaryCondition::Periodic`] the function must have the raster's periods.
     pub(crate) fn of_function(

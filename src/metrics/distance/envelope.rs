@@ -79,33 +79,3 @@ fn hides(first: Parabola, middle: Parabola, at: f32, height: f32) -> bool {
     let both = before + after;
     both * middle.height - after * first.height - before * height > before * after * both
 }
-
-/// Finds the nearest crossing of a row for each of its nodes. `number` is that of the row's first crossing.
-pub(super) fn along(places: &[f32], number: u32, period: Option<f32>, row: (&mut [f32], &mut [u32])) {
-    let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
-        row.0.fill(f32::INFINITY);
-        row.1.fill(u32::MAX);
-        return;
-    };
-    let (mut place, mut site, mut next) = (first, number, 1);
-    if let Some(period) = period {
-        (place, site, next) = (last - period, number + places.len() as u32 - 1, 0);
-    }
-    let beyond = period.map(|period| (first + period, number));
-    for (i, (squared, nearest)) in row.0.iter_mut().zip(row.1).enumerate() {
-        let at = i as f32;
-        loop {
-            let candidate = match places.get(next) {
-                Some(&place) => Some((place, number + next as u32)),
-                None => beyond.filter(|_| next == places.len()),
-            };
-            match candidate {
-                Some((other, of_other)) if (other - at).abs() < (place - at).abs() => {
-                    (place, site, next) = (other, of_other, next + 1);
-                }
-                _ => break,
-            }
-        }
-        (*squared, *nearest) = ((place - at) * (place - at), site);
-    }
-}

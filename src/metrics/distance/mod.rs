@@ -15,28 +15,31 @@
 //! lower envelope of parabolas is found in linear time (Felzenszwalb & Huttenlocher 2012; Meijster, Roerdink & Hesselink 2000;
 //! the test without divisions is that of Maurer, Qi & Raghavan 2003). Each envelope carries the index of its crossing. The
 //! clouds of the x and the y image both have their last step along z, so that they share it: five envelopes rather than six.
-//! Steps within planes are done plane by plane, in cache; the step along z is done for blocks of neighbouring columns.
+//! Steps within planes are done plane by plane, in cache; the step along z is done for blocks of neighbouring columns. Lines
+//! along x are lowered at neighbouring places at once, others side by side (`lines`), so that nothing is transposed; of rows along
+//! y and z, all of a plane advance together, each with the crossings on either side (`rows`).
 
 mod crossings;
 mod envelope;
 mod lines;
+mod rows;
+
+use std::ops::Range;
 
 use crate::parallel::*;
 
 pub use crossings::Crossings;
-use envelope::{Nearest, along};
-use lines::{Block, LANES, Lines};
+use lines::{LANES, Lines, copy, lesser};
+use rows::{March, NodeRows};
 
 use super::{BoundaryCondition, NodeSet};
 use crate::allocation::zeroed;
 use crate::cancel::checkpoint;
 use crate::grid::Axis;
 
-/// Planes in one task.
-const PLANES: usize = 8;
-
-/// Columns that are gathered at a time: those of a cache line, and a few lines more where memory is slow.
-const BLOCK: usize = 16;
+/// Tasks of neighbouring planes for each thread, and the fewest planes of one.
+const SLABS: usize = 8;
+const PLANES: usize = 4;
 
 /// Sites from here on are the walls of a box: those across x, y, z, at its lower corner, then at its upper one.
 const WALLS: u32 = u32::MAX - 6;
@@ -214,126 +217,118 @@ struct Transform<'a> {
     firsts: [u32; 2],
 }
 
-/// The buffers of a task: two planes, one the transpose of the other, and some lines.
-struct Scratch {
-    rows: Lines,
-    columns: Lines,
-    block: Block,
+/// The buffers of a task: a row along x, and the rows of a plane across z, side by side in blocks.
+struct Scratch<'a> {
+    march: March<'a>,
+    row: Lines,
+    blocks: Vec<Lines>,
 }
 
-impl Transform<'_> {
-    fn scratch(&self) -> Scratch {
-        let plane = self.size[0] * self.size[1];
-        Scratch { rows: Lines::new(plane), columns: Lines::new(plane), block: Block::default() }
+impl<'a> Transform<'a> {
+    fn scratch(&self, march: Axis) -> Scratch<'a> {
+        let [width, height, _] = self.size;
+        Scratch {
+            march: March::new(self.rows(march)),
+            row: Lines::new(width, 1, self.repeats),
+            blocks: (0..width.div_ceil(LANES)).map(|_| Lines::new(height, LANES, self.repeats)).collect(),
+        }
     }
 
-    fn period(&self, axis: Axis) -> Option<f32> {
-        self.repeats.then_some(self.size[axis.depth()] as f32)
+    /// Returns the rows along an axis.
+    fn rows(&self, axis: Axis) -> NodeRows<'a> {
+        let period = self.repeats.then_some(self.size[axis.depth()] as f32);
+        let number = [0, self.firsts[0], self.firsts[1]][axis.depth()];
+        NodeRows { crossings: self.crossings, axis, number, period }
     }
 
     /// Computes, within each plane across z, the minimum of the squared distances to crossings of rows along x and along y.
     fn across_x_and_y(&self, values: &mut [f32], sites: &mut [u32]) {
         let [width, height, _] = self.size;
-        let plane = width * height;
-        let planes = values.par_chunks_mut(plane).zip(sites.par_chunks_mut(plane)).enumerate();
+        let along_x = self.rows(Axis::X);
+        let planes = values.par_chunks_mut(width * height).zip(sites.par_chunks_mut(width * height)).enumerate();
         planes.for_each_init(
-            || self.scratch(),
-            |Scratch { rows, columns, block }, (z, (values, sites))| {
+            || self.scratch(Axis::Y),
+            |Scratch { march, row, blocks }, (z, (values, sites))| {
                 checkpoint();
-                for x in 0..width {
-                    let row = z * width + x;
-                    let number = self.firsts[0] + self.crossings.first(Axis::Y, row);
-                    along(self.crossings.row(Axis::Y, row), number, self.period(Axis::Y), columns.part(x, height));
-                }
-                columns.lower(height, self.repeats, block);
-                transpose(&columns.squared, height, values);
-                transpose(&columns.sites, height, sites);
+                march.begin(z * width..(z + 1) * width, 0);
                 for y in 0..height {
-                    let row = z * height + y;
-                    let number = self.crossings.first(Axis::X, row);
-                    along(self.crossings.row(Axis::X, row), number, self.period(Axis::X), rows.part(y, width));
+                    march.nearest(0..width, y, row.part(0..width));
+                    row.lower(1, |x, squared, nearest| {
+                        let here = y * width + x..y * width + x + squared.len();
+                        copy(squared, &mut values[here.clone()]);
+                        copy(nearest, &mut sites[here]);
+                    });
                 }
-                rows.lower(width, self.repeats, block);
-                least(rows, values, sites);
+                for y in 0..height {
+                    let (squared, nearest) = row.part(0..width);
+                    along_x.along(z * height + y, (&mut *squared, &mut *nearest));
+                    let parts = squared.chunks(LANES).zip(nearest.chunks(LANES));
+                    blocks.iter_mut().zip(parts).for_each(|(block, (squared, nearest))| block.set(y, squared, nearest));
+                }
+                lower_blocks(blocks, width, |here, squared, nearest| {
+                    least(squared, nearest, &mut values[here.clone()], &mut sites[here]);
+                });
             },
         );
     }
 
     /// Replaces the values of planes by their lower envelopes along z.
     fn along_columns(&self, values: &mut [f32], sites: &mut [u32]) {
-        let [width, height, _] = self.size;
+        let [width, height, depth] = self.size;
         let walls = rows_by_wall(values, width, height).into_par_iter().zip(rows_by_wall(sites, width, height));
-        walls.for_each_init(Block::default, |block, (mut values, mut sites)| {
-            for first in (0..width).step_by(LANES) {
-                checkpoint();
-                let some = first..width.min(first + LANES);
-                block.fill(values.iter().zip(&sites).map(|(v, s)| (&v[some.clone()], &s[some.clone()])));
-                block.lower(self.repeats, |z, squared, nearest| {
-                    values[z][some.clone()].copy_from_slice(&squared[..some.len()]);
-                    sites[z][some.clone()].copy_from_slice(&nearest[..some.len()]);
-                });
-            }
-        });
-    }
-
-    /// Adds the crossings of rows along z, and takes the roots.
-    fn across_z(&self, values: &mut [f32], sites: &mut [u32]) {
-        let [width, height, _] = self.size;
-        let plane = width * height;
-        let slabs = values.par_chunks_mut(PLANES * plane).zip(sites.par_chunks_mut(PLANES * plane)).enumerate();
-        slabs.for_each_init(
-            || (self.scratch(), vec![0; plane]),
-            |(Scratch { rows, columns, block }, cursors), (slab, (values, sites))| {
-                cursors.fill(UNKNOWN);
-                let planes = values.chunks_mut(plane).zip(sites.chunks_mut(plane));
-                for (z, (values, sites)) in (slab * PLANES..).zip(planes) {
+        walls.for_each_init(
+            || Lines::new(depth, LANES, self.repeats),
+            |block, (mut values, mut sites)| {
+                for first in (0..width).step_by(LANES) {
                     checkpoint();
-                    let nearest = rows.squared.iter_mut().zip(&mut rows.sites);
-                    for (column, (cursor, (squared, site))) in cursors.iter_mut().zip(nearest).enumerate() {
-                        let nearest = self.nearest_of_column(column, z as f32, cursor);
-                        (*squared, *site) = (nearest.squared, nearest.site);
+                    let some = first..width.min(first + LANES);
+                    for (z, (values, sites)) in values.iter().zip(&sites).enumerate() {
+                        block.set(z, &values[some.clone()], &sites[some.clone()]);
                     }
-                    transpose(&rows.squared, width, &mut columns.squared);
-                    transpose(&rows.sites, width, &mut columns.sites);
-                    columns.lower(height, self.repeats, block);
-                    transpose(&columns.squared, height, &mut rows.squared);
-                    transpose(&columns.sites, height, &mut rows.sites);
-                    rows.lower(width, self.repeats, block);
-                    least(rows, values, sites);
-                    values.iter_mut().for_each(|value| *value = value.sqrt());
+                    block.lower(some.len(), |z, squared, nearest| {
+                        copy(squared, &mut values[z][some.clone()]);
+                        copy(nearest, &mut sites[z][some.clone()]);
+                    });
                 }
             },
         );
     }
 
-    /// Returns the nearest crossing of a row along z to its node at `at`. The cursor is the number of crossings before it, kept
-    /// from one plane to the next.
-    #[inline]
-    fn nearest_of_column(&self, column: usize, at: f32, cursor: &mut u32) -> Nearest {
-        let places = self.crossings.row(Axis::Z, column);
-        if places.is_empty() {
-            return Nearest::NONE;
-        }
-        if *cursor == UNKNOWN {
-            *cursor = places.partition_point(|&place| place < at) as u32;
-        }
-        while places.get(*cursor as usize).is_some_and(|&place| place < at) {
-            *cursor += 1;
-        }
-        let after = *cursor as usize;
-        let number = self.firsts[1] + self.crossings.first(Axis::Z, column);
-        let last = places.len() - 1;
-        let period = self.period(Axis::Z);
-        let below = match after {
-            0 => period.map_or((f32::INFINITY, 0), |period| (at - (places[last] - period), last)),
-            _ => (at - places[after - 1], after - 1),
-        };
-        let above = match places.get(after) {
-            None => period.map_or((f32::INFINITY, 0), |period| (places[0] + period - at, 0)),
-            Some(&place) => (place - at, after),
-        };
-        let (distance, which) = if above.0 < below.0 { above } else { below };
-        Nearest { squared: distance * distance, site: number + which as u32 }
+    /// Adds the crossings of rows along z, and takes the roots.
+    fn across_z(&self, values: &mut [f32], sites: &mut [u32]) {
+        let [width, height, depth] = self.size;
+        let plane = width * height;
+        let planes = depth.div_ceil(SLABS * rayon::current_num_threads()).max(PLANES);
+        let slabs = values.par_chunks_mut(planes * plane).zip(sites.par_chunks_mut(planes * plane)).enumerate();
+        slabs.for_each_init(
+            || self.scratch(Axis::Z),
+            |Scratch { march, row, blocks }, (slab, (values, sites))| {
+                march.begin(0..plane, slab * planes);
+                let each = values.chunks_mut(plane).zip(sites.chunks_mut(plane));
+                for (z, (values, sites)) in (slab * planes..).zip(each) {
+                    checkpoint();
+                    for y in 0..height {
+                        march.nearest(y * width..(y + 1) * width, z, row.part(0..width));
+                        row.lower(1, |x, squared, nearest| blocks[x / LANES].set(y, squared, nearest));
+                    }
+                    lower_blocks(blocks, width, |here, squared, nearest| {
+                        let values = &mut values[here.clone()];
+                        least(squared, nearest, values, &mut sites[here]);
+                        values.iter_mut().for_each(|value| *value = value.sqrt());
+                    });
+                }
+            },
+        );
+    }
+}
+
+/// Lowers the lines along y of a plane, and passes the values in rows of it.
+fn lower_blocks(blocks: &mut [Lines], width: usize, mut put: impl FnMut(Range<usize>, &[f32], &[u32])) {
+    for (first, block) in (0..width).step_by(LANES).zip(blocks) {
+        let lines = LANES.min(width - first);
+        block.lower(lines, |y, squared, nearest| {
+            put(y * width + first..y * width + first + lines, squared, nearest);
+        });
     }
 }
 
@@ -346,29 +341,10 @@ fn rows_by_wall<T>(array: &mut [T], width: usize, height: usize) -> Vec<Vec<&mut
     walls
 }
 
-/// The value of a cursor that is not known yet.
-const UNKNOWN: u32 = u32::MAX;
-
-/// Keeps the lesser of the present and the new value.
-fn least(found: &Lines, values: &mut [f32], sites: &mut [u32]) {
-    let found = found.squared.iter().zip(&found.sites);
-    for (((&squared, &nearest), value), site) in found.zip(values).zip(sites) {
-        let is_less = squared < *value;
-        *value = if is_less { squared } else { *value };
-        *site = if is_less { nearest } else { *site };
-    }
-}
-
-/// Transposes rows of `width`: `to[x · height + y]` is `from[y · width + x]`.
-fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
-    let height = from.len() / width;
-    for first in (0..width).step_by(BLOCK) {
-        let last = width.min(first + BLOCK);
-        for (y, row) in from.chunks_exact(width).enumerate() {
-            for x in first..last {
-                to[x * height + y] = row[x];
-            }
-        }
+/// Keeps the lesser of the present and the new values.
+fn least(squared: &[f32], nearest: &[u32], values: &mut [f32], sites: &mut [u32]) {
+    for (((&squared, &nearest), value), site) in squared.iter().zip(nearest).zip(values).zip(sites) {
+        (*value, *site) = lesser((*value, *site), (squared, nearest));
     }
 }
 

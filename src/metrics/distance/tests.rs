@@ -113,3 +113,24 @@ fn distance_fields_do_not_depend_on_the_thread_count() {
     assert_eq!(one.values, three.values);
     assert_eq!(one.sites, three.sites);
 }
+
+#[test]
+fn two_crossings_at_one_place_hide_none_behind_them() {
+    let crossings = Crossings::of_places([9, 1, 1], |axis, _| match axis {
+        Axis::X => vec![0.25, 2.0, 2.0, 6.5],
+        _ => Vec::new(),
+    });
+    let field = check(&crossings, BoundaryCondition::Clip);
+    assert_eq!(field.values(), [0.25, 0.75, 0.0, 1.0, 2.0, 1.5, 0.5, 0.5, 1.5]);
+}
+
+#[test]
+fn far_distances_mix_those_tried_and_those_of_envelopes() {
+    for (size, share) in [([170, 5, 100], 2e-4), ([64, 96, 3], 3e-4), ([3, 170, 33], 1e-4)] {
+        let solid = random_nodes(size, share, 11);
+        for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
+            let field = check(&Crossings::of_nodes(&solid, edges), edges);
+            assert!(field.values().iter().any(|&value| value > 30.0));
+        }
+    }
+}
