@@ -176,7 +176,7 @@ pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Op
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cpu"))]
 mod tests {
     use super::*;
     use crate::mesh::io::Format;

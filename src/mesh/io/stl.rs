@@ -439,7 +439,7 @@ pub(super) fn write(out: &mut (impl Write + Send), mesh: &TriangleMesh, unit: Op
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cpu"))]
 mod tests {
     use super::*;
     use crate::mesh::io::tests::{error, parsed, points};
