@@ -73,9 +73,9 @@ install_missing() {
 }
 
 run_fmt() { cargo fmt --all -- --check; }
-# The library also by itself, with the formats of its default and with none.
+# The library and its tests also with the formats of its default, and the library with none.
 run_clippy() {
-  cargo clippy --workspace --all-targets -- -D warnings && cargo clippy --package ldi-ops -- -D warnings &&
+  cargo clippy --workspace --all-targets -- -D warnings && cargo clippy --package ldi-ops --lib --tests -- -D warnings &&
     cargo clippy --package ldi-ops --no-default-features -- -D warnings
 }
 # A quick answer on a warm build: each kind of test of the code, and of the slow kinds a few.

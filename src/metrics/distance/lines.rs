@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::envelope::{Envelope, Nearest};
 
-/// Lines side by side.
+/// Number of elements lowered together.
 pub(super) const LANES: usize = 32;
 
 /// Places to either side that are tried before the lower envelope is taken.
@@ -351,7 +351,7 @@ mod tests {
                 let is_found = least_near(group, &mut least);
                 #[cfg(target_arch = "x86_64")]
                 if is_x86_feature_detected!("avx2") {
-                    let mut by_vectors = least;
+                    let mut by_vectors = ([0.0; LANES], [0; LANES]);
                     // SAFETY: the processor has AVX2.
                     let are_found = unsafe { least_near_avx2(group, &mut by_vectors) };
                     assert_eq!((are_found, by_vectors), (is_found, least), "case {case}");

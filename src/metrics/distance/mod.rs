@@ -16,8 +16,8 @@
 //! the test without divisions is that of Maurer, Qi & Raghavan 2003). Each envelope carries the index of its crossing. The
 //! clouds of the x and the y image both have their last step along z, so that they share it: five envelopes rather than six.
 //! Steps within planes are done plane by plane, in cache; the step along z is done for blocks of neighbouring columns. Lines
-//! along x are lowered at neighbouring places at once, others side by side (`lines`), so that nothing is transposed; of rows along
-//! y and z, all of a plane advance together, each with the crossings on either side (`rows`).
+//! along x are lowered at neighbouring places at once, others side by side (`lines`), so that nothing is transposed; a plane
+//! sweeps along all rows along y, or z, together and keeps the crossings on either side of it (`rows`).
 
 mod crossings;
 mod envelope;
@@ -30,7 +30,7 @@ use crate::parallel::*;
 
 pub use crossings::Crossings;
 use lines::{LANES, Lines, copy, lesser};
-use rows::{March, NodeRows};
+use rows::{NodeRows, Sweep};
 
 use super::{BoundaryCondition, NodeSet};
 use crate::allocation::zeroed;
@@ -219,16 +219,16 @@ struct Transform<'a> {
 
 /// The buffers of a task: a row along x, and the rows of a plane across z, side by side in blocks.
 struct Scratch<'a> {
-    march: March<'a>,
+    sweep: Sweep<'a>,
     row: Lines,
     blocks: Vec<Lines>,
 }
 
 impl<'a> Transform<'a> {
-    fn scratch(&self, march: Axis) -> Scratch<'a> {
+    fn scratch(&self, axis: Axis) -> Scratch<'a> {
         let [width, height, _] = self.size;
         Scratch {
-            march: March::new(self.rows(march)),
+            sweep: Sweep::new(self.rows(axis)),
             row: Lines::new(width, 1, self.repeats),
             blocks: (0..width.div_ceil(LANES)).map(|_| Lines::new(height, LANES, self.repeats)).collect(),
         }
@@ -248,11 +248,11 @@ impl<'a> Transform<'a> {
         let planes = values.par_chunks_mut(width * height).zip(sites.par_chunks_mut(width * height)).enumerate();
         planes.for_each_init(
             || self.scratch(Axis::Y),
-            |Scratch { march, row, blocks }, (z, (values, sites))| {
+            |Scratch { sweep, row, blocks }, (z, (values, sites))| {
                 checkpoint();
-                march.begin(z * width..(z + 1) * width, 0);
+                sweep.begin(z * width..(z + 1) * width, 0);
                 for y in 0..height {
-                    march.nearest(0..width, y, row.part(0..width));
+                    sweep.nearest(0..width, y, row.part(0..width));
                     row.lower(1, |x, squared, nearest| {
                         let here = y * width + x..y * width + x + squared.len();
                         copy(squared, &mut values[here.clone()]);
@@ -302,13 +302,13 @@ impl<'a> Transform<'a> {
         let slabs = values.par_chunks_mut(planes * plane).zip(sites.par_chunks_mut(planes * plane)).enumerate();
         slabs.for_each_init(
             || self.scratch(Axis::Z),
-            |Scratch { march, row, blocks }, (slab, (values, sites))| {
-                march.begin(0..plane, slab * planes);
+            |Scratch { sweep, row, blocks }, (slab, (values, sites))| {
+                sweep.begin(0..plane, slab * planes);
                 let each = values.chunks_mut(plane).zip(sites.chunks_mut(plane));
                 for (z, (values, sites)) in (slab * planes..).zip(each) {
                     checkpoint();
                     for y in 0..height {
-                        march.nearest(y * width..(y + 1) * width, z, row.part(0..width));
+                        sweep.nearest(y * width..(y + 1) * width, z, row.part(0..width));
                         row.lower(1, |x, squared, nearest| blocks[x / LANES].set(y, squared, nearest));
                     }
                     lower_blocks(blocks, width, |here, squared, nearest| {

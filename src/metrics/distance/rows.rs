@@ -132,19 +132,19 @@ impl Sites {
     }
 }
 
-/// The crossings before and after the nodes of a plane, for the rows across it, while the plane moves along these.
-pub(super) struct March<'a> {
+/// A plane that sweeps along the rows across it, with the last crossing before it and the first one after it of each row.
+pub(super) struct Sweep<'a> {
     rows: NodeRows<'a>,
     /// The number of the first of the rows.
     first: usize,
     before: Sites,
-    /// Those at the nodes or after them.
+    /// Those in the plane or after it.
     after: Sites,
 }
 
-impl<'a> March<'a> {
-    pub fn new(rows: NodeRows<'a>) -> March<'a> {
-        March { rows, first: 0, before: Sites::default(), after: Sites::default() }
+impl<'a> Sweep<'a> {
+    pub fn new(rows: NodeRows<'a>) -> Sweep<'a> {
+        Sweep { rows, first: 0, before: Sites::default(), after: Sites::default() }
     }
 
     /// Starts on some rows, at a place of their nodes.
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_and_marches_find_the_nearest_crossings() {
+    fn rows_and_sweeps_find_the_nearest_crossings() {
         let mut random = Random::new(21);
         for case in 0..60 {
             let size = [1 + random.below(40), 1 + random.below(9), 1 + random.below(50)];
@@ -238,13 +238,13 @@ mod tests {
                     }
                 }
                 let begin = random.below(depth);
-                let mut march = March::new(rows);
-                march.begin(0..count, begin);
+                let mut sweep = Sweep::new(rows);
+                sweep.begin(0..count, begin);
                 let (mut squared, mut sites) = (vec![0.0; count], vec![0; count]);
                 for (node, expected_squared) in by_row.iter().enumerate().skip(begin) {
                     let half = count / 2;
-                    march.nearest(0..half, node, (&mut squared[..half], &mut sites[..half]));
-                    march.nearest(half..count, node, (&mut squared[half..], &mut sites[half..]));
+                    sweep.nearest(0..half, node, (&mut squared[..half], &mut sites[..half]));
+                    sweep.nearest(half..count, node, (&mut squared[half..], &mut sites[half..]));
                     assert_eq!(squared, *expected_squared, "{case}: {node}");
                     for (row, site) in sites.iter().enumerate() {
                         assert!(expected(&rows, row, node).1.contains(site), "{case}: {row}, {node}");
