@@ -134,6 +134,25 @@ def test_interrupts_end_long_calls(name):
     assert child.returncode == 7 and float(rest) > 0
 
 
+# Raises where NumPy's version is looked at, as an interrupt may.
+AT_THE_FIRST_ARRAY = """
+import sys
+import numpy
+import ldi_ops as ldi
+image = ldi.geodesic().sample(resolution=16)
+def interrupt(frame, event, argument):
+    if frame.f_code.co_filename.endswith("_version.py"):
+        raise KeyboardInterrupt
+sys.settrace(interrupt)
+assert image.to_numpy().any()
+"""
+
+
+def test_no_interrupt_reaches_the_search_for_numpys_functions():
+    child = subprocess.run([sys.executable, "-c", AT_THE_FIRST_ARRAY], stderr=subprocess.PIPE, text=True, timeout=60)
+    assert child.returncode == 0, child.stderr
+
+
 def in_child(pipe, image=None):
     try:
         if image is None:

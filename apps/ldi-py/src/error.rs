@@ -7,6 +7,8 @@ use numpy::ndarray::Array3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::image::import_numpy;
+
 /// Returns the exception of an error.
 pub fn exception(py: Python<'_>, error: &Error) -> PyErr {
     raised(py, error).unwrap_or_else(|failure| failure)
@@ -16,7 +18,7 @@ fn raised(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let message = error.to_string();
     let exception = match error {
         Error::NotClosed(open) => {
-            py.import("numpy")?;
+            import_numpy(py)?;
             let places = PyDict::new(py);
             for (name, ends) in edges(&open.report) {
                 places.set_item(name, PyArray::from_owned_array(py, ends))?;

@@ -1,7 +1,9 @@
 //! Images of shapes, and what is computed from them.
 
+use std::panic::resume_unwind;
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use std::thread;
 
 use ldi_ops::{Axis, Bound as Within, Sampled, SolidMoments, SurfaceMesh};
 use numpy::ndarray::{ArrayView, Dimension, Ix3};
@@ -229,8 +231,20 @@ impl Image {
     }
 }
 
-// The crate `numpy` imports Python's numpy at its first array, and panics where that fails or is interrupted; so each function
-// that makes an array imports it before.
+/// Imports NumPy, as each function must that makes an array.
+///
+/// At the first array the crate `numpy` looks for NumPy's functions, and panics where that fails. It runs some Python, which a
+/// signal may interrupt; but only in the main thread, so that another one looks for them.
+pub fn import_numpy(py: Python<'_>) -> PyResult<()> {
+    static IS_FOUND: OnceLock<()> = OnceLock::new();
+    py.import("numpy")?;
+    if IS_FOUND.get().is_none() {
+        let first_array = || Python::attach(|py| drop(PyArray1::<u8>::from_vec(py, Vec::new())));
+        py.detach(|| thread::spawn(first_array).join()).unwrap_or_else(|panic| resume_unwind(panic));
+        IS_FOUND.get_or_init(|| ());
+    }
+    Ok(())
+}
 
 /// Returns dense values as an array, without a copy.
 pub fn dense<'py, T: Element>(
@@ -238,7 +252,7 @@ pub fn dense<'py, T: Element>(
     values: Vec<T>,
     size: [usize; 3],
 ) -> PyResult<Bound<'py, PyArray<T, Ix3>>> {
-    py.import("numpy")?;
+    import_numpy(py)?;
     PyArray1::from_vec(py, values).reshape(size)
 }
 
@@ -252,7 +266,7 @@ where
     T: Element,
     D: Dimension,
 {
-    owner.py().import("numpy")?;
+    import_numpy(owner.py())?;
     // SAFETY: the array keeps its owner alive, which is frozen, so that its numbers neither move nor change.
     let array = unsafe { PyArray::borrow_from_array(numbers, owner.clone().into_any()) };
     array.call_method1("setflags", (false,))?;

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::error::{codes_and_messages, usage};
-use crate::image::{Image, borrowed, dense};
+use crate::image::{Image, borrowed, dense, import_numpy};
 use crate::keywords::{Call, parsed_unit};
 use crate::metrics::{Metrics, measured};
 use crate::volume::Volume;
@@ -284,7 +284,7 @@ pub type Arrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<i64>>);
 
 /// Returns the arrays of a mesh.
 pub fn arrays<'py>(py: Python<'py>, mesh: &ldi_ops::mesh::TriangleMesh) -> PyResult<Arrays<'py>> {
-    py.import("numpy")?;
+    import_numpy(py)?;
     let positions: Vec<f64> = mesh.positions.iter().flat_map(DVec3::to_array).collect();
     let faces: Vec<i64> = mesh.triangles.iter().flatten().map(|&index| i64::from(index)).collect();
     let positions = numpy::PyArray1::from_vec(py, positions).reshape([mesh.positions.len(), 3])?;
