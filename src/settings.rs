@@ -165,11 +165,7 @@ impl<'p> Settings<'p> {
     }
 
     pub(crate) fn spacing(&self) -> Spacing<Length> {
-        match self.spacing {
-            Spacing::Resolution(rays) => Spacing::Resolution(rays),
-            Spacing::Pitch(value) => Spacing::Pitch(Length { value, unit: None }),
-            Spacing::Tolerance(share) => Spacing::Tolerance(share),
-        }
+        self.spacing.of_inputs()
     }
 
     /// Runs a function on the threads of the settings. Their listener may stop it as it may stop an operation, with
@@ -235,13 +231,6 @@ impl<'p> Settings<'p> {
 
     /// Checks the raster.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let usage = |message: String| Err(Error::Usage(message));
-        match self.spacing {
-            Spacing::Resolution(0) => usage("the resolution is 0; at least 1 ray is needed".to_owned()),
-            Spacing::Pitch(value) | Spacing::Tolerance(value) if !(value.is_finite() && value > 0.0) => {
-                usage(format!("{value}: a pitch or tolerance must be a positive number"))
-            }
-            _ => Ok(()),
-        }
+        self.spacing.check()
     }
 }

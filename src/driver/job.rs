@@ -61,6 +61,31 @@ pub enum Spacing<L = f64> {
     Tolerance(f64),
 }
 
+impl Spacing {
+    /// Checks that the spacing can give a raster.
+    ///
+    /// # Errors
+    /// No rays, and lengths and shares that are no positive numbers.
+    pub(crate) fn check(self) -> Result<(), Error> {
+        match self {
+            Spacing::Resolution(0) => Err(Error::Usage("the resolution is 0; at least 1 ray is needed".to_owned())),
+            Spacing::Pitch(value) | Spacing::Tolerance(value) if !(value.is_finite() && value > 0.0) => {
+                Err(Error::Usage(format!("{value}: a pitch or tolerance must be a positive number")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the spacing with its length in the unit of the inputs.
+    pub(crate) fn of_inputs(self) -> Spacing<Length> {
+        match self {
+            Spacing::Resolution(rays) => Spacing::Resolution(rays),
+            Spacing::Pitch(value) => Spacing::Pitch(Length { value, unit: None }),
+            Spacing::Tolerance(share) => Spacing::Tolerance(share),
+        }
+    }
+}
+
 impl Spacing<Length> {
     /// Returns the spacing with its length in a unit.
     ///

@@ -10,6 +10,9 @@ pub const FINEST: u32 = 4096;
 /// Rays along the longest side up to which a refinement looks for a volume that no ray meets.
 pub const UNMET: u32 = 1024;
 
+/// The code of the warning that a tolerance was not reached.
+pub const TOLERANCE_NOT_REACHED: &str = "tolerance-not-reached";
+
 /// The end of a refinement.
 #[derive(Debug)]
 pub struct RefinementEnd {
@@ -27,7 +30,7 @@ impl RefinementEnd {
     /// Compares the error of the estimate with the tolerance. Returns a warning if that is not reached.
     pub fn judge(&self) -> (Refinement, Option<Warning>) {
         let refinement = Refinement::of(self.tolerance, &self.volume, self.resolution);
-        let warning = || Warning::new("tolerance-not-reached", format!("{refinement}{}", self.failure));
+        let warning = || Warning::new(TOLERANCE_NOT_REACHED, format!("{refinement}{}", self.failure));
         (refinement, (!refinement.reached).then(warning))
     }
 }

@@ -284,6 +284,14 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     assert_near(value, known, 0.05 * known);
     assert_eq!(volume(&["--resolution", "128"]), plain);
     assert_ne!(volume(&["--resolution", "40"]), plain);
+    // The raster lies around both parts, as that of `intersect` does.
+    let of_intersect = |flags: &[&str]| folder.json(&[&["intersect", "--estimate"], &files[..], flags].concat());
+    for flags in [["--pitch", "0.02"], ["--pitch", "0.002cm"], ["--tolerance", "0.05%"]] {
+        let (found, known) = (volume(&flags), &of_intersect(&flags)["volume"]);
+        assert_eq!(found["value"], known["value"], "{flags:?}");
+        let [lower, upper] = ["lower", "upper"].map(|key| found[key].as_f64().unwrap());
+        assert_near(upper - lower, 2.0 * known["estimate_error"].as_f64().unwrap(), 1e-12);
+    }
     assert_eq!(volume(&["--backend", "cpu"]), plain);
     let clash = |flags: &[&str]| folder.run(&[&["clash"], &files[..], flags].concat());
     clash(&["--backend", "cpu", "--adapter", "card"]).code(2).says(&["--adapter card", "--backend cpu"]);
@@ -294,4 +302,16 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let pair = &run.json()["pairs"][0];
     assert_eq!((&pair["finding"], &pair["overlap"]["certain"]), (&"overlap".into(), &true.into()), "{pair}");
     assert_eq!(pair["overlap"]["volume"]["value"], 0.0);
+
+    let rod = ["clash", "a.stl", "rod.stl", "--unit", "mm"];
+    let found = folder.run(&[&rod[..], &["--tolerance", "1%", "--json", "-"]].concat()).code(1).json();
+    let warning = found["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "tolerance-not-reached").unwrap();
+    assert!(
+        warning["message"].as_str().unwrap().starts_with("a.stl and rod.stl: --tolerance 1 %: not reached"),
+        "{warning}"
+    );
+    folder.run(&[&rod[..], &["--pitch", "1e-9"]].concat()).code(2).says(&["a.stl, rod.stl", "the least --pitch is"]);
+    folder.run(&[&rod[..], &["--pitch", "0"]].concat()).code(2).says(&["--pitch 0 is not a positive length"]);
+    folder.run(&[&rod[..], &["--pitch", "1", "--tolerance", "1%"]].concat()).code(2).says(&["cannot be used with"]);
+    folder.run(&["clash", "a.stl", "rod.stl", "--pitch", "1mm"]).code(2).says(&["--pitch 1mm", "states no unit"]);
 }

@@ -210,3 +210,33 @@ def test_workers_that_die_are_reported(parts):
         with pytest.raises(ldi.MachineError, match="a worker died.*fewer workers.*options") as caught:
             ldi.clash(parts, **SETTINGS, executor=executor)
     assert isinstance(caught.value.__cause__, BrokenProcessPool)
+
+
+def test_overlaps_without_an_exact_volume_are_sampled_as_asked(tmp_path):
+    # A closed surface with one side.
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.0, 0.0], [0.0, 0.1, 1.0], [1.0, 0.9, 0.3], [0.3, 1.0, 1.0]]
+    faces = [[0, 1, 4], [0, 1, 5], [0, 2, 3], [0, 2, 5], [0, 3, 4], [1, 2, 3], [1, 2, 4], [1, 3, 5], [2, 4, 5], [3, 4, 5]]
+    parts: dict[str, object] = {"knot": str(tmp_path / "knot.stl"), "box": str(tmp_path / "box.stl")}
+    ldi.load((np.array(corners), np.array(faces)), unit="mm").save(parts["knot"])
+    ldi.cuboid(min=(-1, -1, -1), max=(2, 2, 0.5)).save(parts["box"])
+    found = {}
+    for name, value in [("resolution", 200), ("pitch", 0.01), ("pitch", 0.1), ("tolerance", 0.01)]:
+        (pair,) = ldi.clash(parts, **{name: value}).pairs
+        assert pair["volume_lower"] < pair["volume"] < pair["volume_upper"]
+        found[name, value] = pair
+    best, tolerant = found["pitch", 0.01], found["tolerance", 0.01]
+    assert all(pair["volume_lower"] <= best["volume"] <= pair["volume_upper"] for pair in found.values())
+    assert len({pair["volume"] for pair in found.values()}) == 4
+    assert tolerant["volume_upper"] - tolerant["volume_lower"] <= 2 * 0.01 * tolerant["volume"]
+    for settings in [{"pitch": 0.1, "resolution": 8}, {"pitch": 0.1, "tolerance": 0.1}, {"pitch": -1}, {"tolerance": 0}]:
+        with pytest.raises(ldi.UsageError):
+            ldi.clash(parts, **settings)
+
+    # No ray meets a rod as thin as this; a worker's warning arrives.
+    parts["box"] = str(tmp_path / "rod.stl")
+    ldi.cuboid(min=(0.3, 0.3, -50), max=(0.3001, 0.3001, 50)).save(parts["box"])
+    alone = ldi.clash(parts, tolerance=0.01)
+    ((code, message),) = [warning for warning in alone.warnings if warning[0] == "tolerance-not-reached"]
+    assert message.startswith("knot and box: --tolerance 1 %: not reached with 1024 rays"), (code, message)
+    with spawned(1) as executor:
+        assert facts(ldi.clash(parts, tolerance=0.01, executor=executor)) == facts(alone)

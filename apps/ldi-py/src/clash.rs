@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::clash_plan::ClashPlan;
 use crate::error::{codes_and_messages, usage};
-use crate::keywords::{Call, fill_rule, parsed_unit};
+use crate::keywords::{Call, ONE_RASTER, fill_rule, parsed_unit};
 use crate::shape::Solid;
 
 /// The result of a comparison of parts: the pairs whose boxes come near one another, the worst first.
@@ -31,7 +31,7 @@ pub struct Clash {
 #[pymethods]
 impl Clash {
     #[new]
-    #[pyo3(signature = (parts, *, clearance=None, touching=None, allow_touching=false, ignore=Vec::new(), resolution=None, fill="even-odd", unit=None))]
+    #[pyo3(signature = (parts, *, clearance=None, touching=None, allow_touching=false, ignore=Vec::new(), resolution=None, pitch=None, tolerance=None, fill="even-odd", unit=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -41,6 +41,8 @@ impl Clash {
         allow_touching: bool,
         ignore: Vec<String>,
         resolution: Option<u32>,
+        pitch: Option<f64>,
+        tolerance: Option<f64>,
         fill: &str,
         unit: Option<&str>,
     ) -> PyResult<Clash> {
@@ -51,7 +53,13 @@ impl Clash {
         let mut clash = ldi_ops::Clash::of(solids).rules(Rules { allow_touching, max_volume: None, ignored });
         clash = clearance.into_iter().fold(clash, ldi_ops::Clash::clearance);
         clash = touching.into_iter().fold(clash, ldi_ops::Clash::touching);
-        clash = resolution.into_iter().fold(clash, ldi_ops::Clash::rays);
+        clash = match (resolution, pitch, tolerance) {
+            (None, None, None) => clash,
+            (Some(rays), None, None) => clash.rays(rays),
+            (None, Some(pitch), None) => clash.pitch(pitch),
+            (None, None, Some(share)) => clash.tolerance(share),
+            _ => return Err(usage(py, ONE_RASTER)),
+        };
         clash = unit.into_iter().fold(clash, ldi_ops::Clash::unit);
         Ok(Clash { clash, fill: fill_rule(py, fill)? })
     }

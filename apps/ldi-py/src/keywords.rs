@@ -8,6 +8,9 @@ use pyo3::types::PyDict;
 use crate::error::usage;
 use crate::run::run;
 
+/// The message where several keywords give a raster.
+pub const ONE_RASTER: &str = "resolution, pitch and tolerance exclude one another; give one";
+
 /// The keywords of the raster and the images; `Settings` in the stubs documents them.
 const KEYWORDS: [&str; 9] = ["resolution", "pitch", "tolerance", "axes", "mode", "fill", "backend", "lod", "bounds"];
 
@@ -71,7 +74,7 @@ fn settings(py: Python<'_>, keywords: &Bound<'_, PyDict>) -> PyResult<Settings<'
         [Some(rays), None, None] => Settings::rays(count(py, "resolution", &rays)?),
         [None, Some(pitch), None] => Settings::pitch(pitch.extract()?),
         [None, None, Some(share)] => Settings::tolerance(share.extract()?),
-        _ => return Err(usage(py, "resolution, pitch and tolerance exclude one another; give one")),
+        _ => return Err(usage(py, ONE_RASTER)),
     };
     let word = |name| -> PyResult<Option<String>> {
         keywords.get_item(name)?.filter(|value| !value.is_none()).map(|value| value.extract()).transpose()

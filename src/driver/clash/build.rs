@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::rules::Rules;
 use super::{ClashPlan, Clashes, ComparedPair, Part, Settings as Course, requirements};
 use crate::driver::input::{convert, ready};
+use crate::driver::job::Spacing;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::progress::Monitor;
@@ -34,7 +35,7 @@ pub struct Clash {
     parts: Vec<(String, Solid)>,
     clearance: Option<f64>,
     touching: Option<f64>,
-    resolution: u32,
+    spacing: Spacing,
     rules: Rules,
     unit: Option<LengthUnit>,
 }
@@ -44,7 +45,8 @@ impl Clash {
     pub fn of<'s>(parts: impl IntoIterator<Item = (impl Into<String>, &'s Solid)>) -> Clash {
         let parts = parts.into_iter().map(|(name, solid)| (name.into(), solid.clone())).collect();
         let rules = Rules::default();
-        Clash { parts, clearance: None, touching: None, resolution: DEFAULT_RAYS, rules, unit: None }
+        let spacing = Spacing::Resolution(DEFAULT_RAYS);
+        Clash { parts, clearance: None, touching: None, spacing, rules, unit: None }
     }
 
     /// Sets the least distance that two parts must keep.
@@ -61,7 +63,20 @@ impl Clash {
 
     /// Sets the rays along the longest side of the box that two parts share, where their overlap is sampled.
     pub fn rays(mut self, rays: u32) -> Self {
-        self.resolution = rays;
+        self.spacing = Spacing::Resolution(rays);
+        self
+    }
+
+    /// Sets the distance between neighbouring rays where an overlap is sampled.
+    pub fn pitch(mut self, pitch: f64) -> Self {
+        self.spacing = Spacing::Pitch(pitch);
+        self
+    }
+
+    /// Sets the share of an overlap that the error estimate must fall below where it is sampled: rays double until it does, from 128
+    /// along the longest side of both parts to 4096.
+    pub fn tolerance(mut self, share: f64) -> Self {
+        self.spacing = Spacing::Tolerance(share);
         self
     }
 
@@ -99,9 +114,7 @@ impl Clash {
 
     /// Checks the settings.
     fn course(&self, settings: &Settings) -> Result<Course, Error> {
-        if self.resolution == 0 {
-            return Err(Error::Usage("the resolution is 0; at least 1 ray is needed".to_owned()));
-        }
+        self.spacing.check()?;
         for length in [self.clearance, self.touching].into_iter().flatten() {
             if !(length >= 0.0 && length.is_finite()) {
                 return Err(Error::Usage(format!("{length}: a clearance is a length, 0 or more")));
@@ -112,7 +125,7 @@ impl Clash {
             fill: settings.fill_rule(),
             clearance: self.clearance.map(length),
             touching: self.touching.map(length),
-            resolution: self.resolution,
+            spacing: self.spacing.of_inputs(),
             backend: settings.device().clone(),
             rules: self.rules.clone(),
             memory: settings.memory(),

@@ -18,7 +18,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::input::{InputRequirements, Sides, Solid};
-use super::job::{Backend, Input, Openness};
+use super::job::{Backend, Input, Openness, Spacing};
 use crate::length::Length;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
@@ -52,8 +52,8 @@ pub struct Settings {
     pub clearance: Option<Length>,
     /// The largest gap or depth that counts as touching; by default, the rounding of 32-bit coordinates.
     pub touching: Option<Length>,
-    /// Rays along the longest side of the box that two parts share, where their overlap is sampled.
-    pub resolution: u32,
+    /// The raster where an overlap is sampled; a resolution is that along the longest side of the box that two parts share.
+    pub spacing: Spacing<Length>,
     /// The device that samples; `auto` is the CPU, as the images are small.
     pub backend: Backend,
     /// What is allowed.

@@ -10,6 +10,7 @@ use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openne
 use crate::driver::measure::measure;
 use crate::driver::memory::{self, Limit};
 use crate::driver::raster;
+use crate::driver::refine::TOLERANCE_NOT_REACHED;
 use crate::exact;
 use crate::grid::Axis;
 use crate::length::Length;
@@ -69,10 +70,10 @@ pub struct Room {
 }
 
 /// Returns the volume that two parts share: exactly, or from images where a part is not oriented or there is no room. Returns `None`
-/// if the volume might not fit while other pairs that take as much memory are compared, or a GPU has to sample it.
+/// if the volume might not fit while other pairs that take as much memory are compared, or has to be sampled with no other beside it.
 ///
 /// # Errors
-/// Parts that no lattice holds.
+/// Parts that no lattice holds at the spacing of the settings, and images that do not fit into memory.
 pub fn overlap(
     parts: [&Solid; 2],
     names: [&str; 2],
@@ -92,7 +93,7 @@ pub fn overlap(
             return Ok(None);
         }
         let message = format!("{excess}, so it is estimated; a larger --memory gives the exact one");
-        let mut found = sampled(parts, common, expression, settings, backends)?;
+        let mut found = sampled(parts, names, common, expression, (settings, backends))?;
         found.warnings.push(Warning::new("exact-volume-memory", message));
         return Ok(Some(found));
     }
@@ -104,31 +105,45 @@ pub fn overlap(
             let volume = Overlap { value, lower, upper, method: OverlapMethod::Exact };
             Ok(Some(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() }))
         }
-        // A GPU makes one image at a time, on which all threads wait.
-        Err(_) if room.beside > 0 && matches!(settings.backend, Backend::Gpu(_)) => Ok(None),
-        Err(_) => sampled(parts, common, expression, settings, backends).map(Some),
+        Err(_) if room.beside > 0 && is_sampled_alone(settings) => Ok(None),
+        Err(_) => sampled(parts, names, common, expression, (settings, backends)).map(Some),
     }
 }
 
-/// Returns the volume from images of `resolution` rays along the longest side of the box `common` around it, or of fewer where
-/// both parts are more than four times as long.
+/// Returns whether a pair is sampled with no other beside it: a GPU makes one image at a time, on which all threads wait, and where
+/// the raster is not a number of rays, images may take all of the memory.
+fn is_sampled_alone(settings: &Settings) -> bool {
+    matches!(settings.backend, Backend::Gpu(_)) || !matches!(settings.spacing, Spacing::Resolution(_))
+}
+
+/// Returns the volume from images. A resolution is that along the longest side of the box `common` around it, or less where both
+/// parts are more than four times as long.
+///
+/// # Errors
+/// A pitch that gives more rays than a lattice holds, and images that do not fit into memory.
 fn sampled(
     parts: [&Solid; 2],
+    names: [&str; 2],
     common: Aabb,
     expression: Expression,
-    settings: &Settings,
-    backends: &Backends,
+    (settings, backends): (&Settings, &Backends),
 ) -> Result<Found, Error> {
     let solids: Vec<Solid> = parts.into_iter().cloned().collect();
-    let longest = raster::common_box(&solids).extent().max_element();
-    let rays = f64::from(settings.resolution);
-    let pitch = (common.extent().max_element() / rays).max(longest / (RAYS_OF_BOTH * rays));
+    let spacing = match settings.spacing {
+        Spacing::Resolution(rays) => {
+            let longest = raster::common_box(&solids).extent().max_element();
+            let rays = f64::from(rays);
+            let pitch = (common.extent().max_element() / rays).max(longest / (RAYS_OF_BOTH * rays));
+            Spacing::Pitch(Length { value: pitch, unit: None })
+        }
+        spacing => spacing,
+    };
     let boolean = Boolean { expression, wording: Wording::Operation(BooleanOperation::Intersection) };
     let job = MeasureJob {
         measurement: Measurement::Boolean(boolean),
         unit: None,
         openness: Openness::Refused,
-        spacing: Spacing::Pitch(Length { value: pitch, unit: None }),
+        spacing,
         lod: LOD,
         axes: Axis::ALL.to_vec(),
         mode: Mode::Exact,
@@ -146,6 +161,13 @@ fn sampled(
     let value = measured.volume.value.min(most);
     let (lower, upper) = ((value - measured.volume.error).max(0.0), (value + measured.volume.error).min(most));
     let volume = Overlap { value, lower, upper, method: OverlapMethod::Estimate };
-    let warnings = measured.warnings.into_iter().filter(|warning| warning.code == "fill-rules-differ").collect();
+    let about_overlap = |warning: Warning| match warning.code {
+        "fill-rules-differ" => Some(warning),
+        TOLERANCE_NOT_REACHED => {
+            Some(Warning::new(warning.code, format!("{} and {}: {}", names[0], names[1], warning.message)))
+        }
+        _ => None,
+    };
+    let warnings = measured.warnings.into_iter().filter_map(about_overlap).collect();
     Ok(Found { volume, with_meeting_shells: Vec::new(), warnings })
 }

@@ -9,6 +9,7 @@ use super::compare::{self, Comparison};
 use super::rules::{self, Limits};
 use super::{ClashSeconds, Clashes, Pair, Part, Relation, Settings};
 use crate::clash::{near_pairs, tiles};
+use crate::driver::refine::TOLERANCE_NOT_REACHED;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
 use crate::{Error, Warning};
@@ -63,7 +64,7 @@ pub struct ComparedPair {
 }
 
 /// The codes of the warnings about an overlap.
-const WARNINGS: [&str; 2] = ["exact-volume-memory", "fill-rules-differ"];
+const WARNINGS: [&str; 3] = ["exact-volume-memory", "fill-rules-differ", TOLERANCE_NOT_REACHED];
 
 impl ComparedPair {
     pub(super) fn new(parts: [usize; 2], relation: Relation, warnings: Vec<Warning>) -> ComparedPair {
@@ -114,6 +115,7 @@ impl ClashPlan {
         }
         let unit = parts[0].solid.unit;
         let limits = settings.rules.limits(settings.clearance, unit)?;
+        settings.spacing.in_unit(unit)?;
         let touching = settings.touching.map(|length| length.in_unit(unit, "--touching")).transpose()?;
         let (ignored, about_rules) = settings.rules.ignored(&names)?;
         warnings.extend(about_rules);

@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ldi_ops::cubic::TypedVolume;
-use ldi_ops::driver::clash::DEFAULT_RAYS;
 use ldi_ops::driver::clash::rules::IgnoredPair;
 use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::unit;
 
-use super::{BackendArguments, CommonArguments, FillArguments, MemorySize, TransformArguments};
+use super::{BackendArguments, CommonArguments, FillArguments, MemorySize, Share, TransformArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = CLASH_EXAMPLES)]
@@ -67,9 +66,15 @@ pub struct ComparisonArguments {
     /// rounding of 32-bit coordinates]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
-    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_RAYS)]
-    pub resolution: u32,
+    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact [default: 128]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    pub resolution: Option<u32>,
+    /// Distance between these rays, in file units or with a unit: 0.05mm
+    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
+    pub pitch: Option<Length>,
+    /// Refine these volumes until the estimated relative error of each is below this share: 0.1% or 0.001
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
+    pub tolerance: Option<Share>,
     #[command(flatten)]
     pub fill: FillArguments,
     #[command(flatten)]

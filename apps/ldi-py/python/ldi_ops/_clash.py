@@ -41,6 +41,8 @@ def clash(
     allow_touching: bool = False,
     ignore: Sequence[str] = (),
     resolution: int | None = None,
+    pitch: float | None = None,
+    tolerance: float | None = None,
     fill: str = "even-odd",
     unit: str | None = None,
     executor: Executor | None = None,
@@ -53,7 +55,8 @@ def clash(
 
     `touching` is the largest gap or depth that counts as touching; by default, the rounding of 32-bit coordinates. `ignore` has
     pairs that are not compared, such as 'bolt*:nut*'. `resolution` is the number of rays along the longest side of the box that
-    two parts share, where their overlap has no exact volume.
+    two parts share, where their overlap has no exact volume; 128 by default. `pitch`, the distance between rays in the unit of the
+    comparison, or `tolerance`, the share of an overlap that its estimated error must fall below, may take its place.
 
     `executor` is any `concurrent.futures.Executor`: a `ProcessPoolExecutor` whose `mp_context` is spawn, or Dask's
     `client.get_executor()`. Then each part is a path, and its workers must see the files: each compares the pairs of some tiles of
@@ -72,7 +75,13 @@ def clash(
         if all(solid.unit is not None for solid in read.values()):
             warnings.warn(f"no part is a file without a unit, so unit={unit!r} is ignored", stacklevel=2)
     solids = {name: _with_unit(read[name], unit) if name in read else _solid(part, fill) for name, part in parts.items()}
-    shared: dict[str, Any] = {"touching": touching, "resolution": resolution, "fill": fill}
+    shared: dict[str, Any] = {
+        "touching": touching,
+        "resolution": resolution,
+        "pitch": pitch,
+        "tolerance": tolerance,
+        "fill": fill,
+    }
     comparison = _native.Clash(
         list(solids.items()), clearance=clearance, allow_touching=allow_touching, ignore=list(ignore), **shared
     )

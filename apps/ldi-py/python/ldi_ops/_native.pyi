@@ -216,6 +216,8 @@ class Clash:
         allow_touching: bool = False,
         ignore: Sequence[str] = ...,
         resolution: int | None = None,
+        pitch: float | None = None,
+        tolerance: float | None = None,
         fill: str = "even-odd",
         unit: str | None = None,
     ) -> Clash: ...
