@@ -484,18 +484,25 @@ pub struct SamplingArguments {
     /// Rays along the longest side of the box of all solids [default: 512]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
-    /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
-    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
-    pub pitch: Option<Length>,
-    /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
-    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
-    pub tolerance: Option<Share>,
+    #[command(flatten)]
+    pub spacing: SpacingArguments,
     #[command(flatten)]
     pub kind: KindArguments,
     #[command(flatten)]
     pub fill: FillArguments,
     #[command(flatten)]
     pub device: DeviceArguments,
+}
+
+/// The raster, where it is not a resolution.
+#[derive(Debug, Args)]
+pub struct SpacingArguments {
+    /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
+    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
+    pub pitch: Option<Length>,
+    /// Refine until the estimated relative error of a volume is below this share: 0.1% or 0.001
+    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
+    pub tolerance: Option<Share>,
 }
 
 /// The method of the volume.

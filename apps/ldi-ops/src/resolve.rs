@@ -33,7 +33,7 @@ use ldi_ops::voxels;
 
 use crate::args::{
     self, AxisChoice, BackendArguments, BackendChoice, CommonArguments, DeviceArguments, FillChoice, MemorySize,
-    MeshChoice, ModeChoice, PlacingArguments, SamplingArguments, TransformArguments,
+    MeshChoice, ModeChoice, PlacingArguments, SamplingArguments, SpacingArguments, TransformArguments,
 };
 use crate::output;
 pub use clash::ClashCommand;
@@ -342,7 +342,7 @@ fn measure(
         ));
     }
     let (backend, memory) = device(sampling.device)?;
-    let spacing = spacing(sampling.resolution, sampling.pitch, sampling.tolerance, DEFAULT_RESOLUTION)?;
+    let spacing = spacing(sampling.resolution, sampling.spacing, DEFAULT_RESOLUTION)?;
     let lod = lod(sampling.kind.lod)?;
     let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
     let target = image_target(writing, mesh_method, sampling.kind.axis)?;
@@ -464,8 +464,7 @@ const DEFAULT_RESOLUTION: u32 = 512;
 /// Returns the raster; `default` is its resolution if neither resolution nor pitch nor tolerance is given.
 fn spacing(
     resolution: Option<u32>,
-    pitch: Option<Length>,
-    tolerance: Option<args::Share>,
+    SpacingArguments { pitch, tolerance }: SpacingArguments,
     default: u32,
 ) -> Result<Spacing<Length>, Error> {
     match (resolution, pitch, tolerance) {

@@ -9,7 +9,7 @@ use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 use ldi_ops::unit;
 
-use super::{BackendArguments, CommonArguments, FillArguments, MemorySize, Share, TransformArguments};
+use super::{BackendArguments, CommonArguments, FillArguments, MemorySize, SpacingArguments, TransformArguments};
 
 #[derive(Debug, Args)]
 #[command(after_help = CLASH_EXAMPLES)]
@@ -69,18 +69,14 @@ pub struct ComparisonArguments {
     /// Rays along the longest side of the box of an overlap, for its volume where that is not exact [default: 128]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
-    /// Distance between these rays, in file units or with a unit: 0.05mm
-    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
-    pub pitch: Option<Length>,
-    /// Refine these volumes until the estimated relative error of each is below this share: 0.1% or 0.001
-    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
-    pub tolerance: Option<Share>,
+    #[command(flatten)]
+    pub spacing: SpacingArguments,
     #[command(flatten)]
     pub fill: FillArguments,
     #[command(flatten)]
     pub backend: BackendArguments,
-    /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, and common volumes that do are estimated
-    /// from images [default: 80 % of free memory]
+    /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, exact common volumes that do are estimated from
+    /// images, and images that do are refused with a pitch that fits [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<MemorySize>,
 }

@@ -10,7 +10,7 @@ use ldi_ops::unit;
 
 use super::{
     CertaintyArguments, CommonArguments, DeviceArguments, FillArguments, ImageArguments, KindArguments, MeshChoice,
-    Share,
+    SpacingArguments,
 };
 
 #[derive(Debug, Args)]
@@ -163,12 +163,8 @@ pub struct SumSamplingArguments {
     /// Rays along the longest side of the result's box, or of A's if the result lies within A [default: 512]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
-    /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
-    #[arg(long, value_name = "H", conflicts_with = "tolerance", allow_hyphen_values = true)]
-    pub pitch: Option<Length>,
-    /// Refine until the estimated relative error of the volume is below this share: 0.1% or 0.001
-    #[arg(long, value_name = "P%", allow_hyphen_values = true)]
-    pub tolerance: Option<Share>,
+    #[command(flatten)]
+    pub spacing: SpacingArguments,
     #[command(flatten)]
     pub kind: KindArguments,
     #[command(flatten)]

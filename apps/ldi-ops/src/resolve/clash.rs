@@ -26,8 +26,7 @@ pub struct ClashCommand {
 pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
     let ClashArguments { parts, assembly, output: folder, csv, transforms, rules, comparison, common } = arguments;
     let RuleArguments { clearance, allow_touching, max_volume, ignore } = rules;
-    let ComparisonArguments { unit, touching, resolution, pitch, tolerance, fill: fill_choice, backend, memory } =
-        comparison;
+    let ComparisonArguments { unit, touching, resolution, spacing, fill: fill_choice, backend, memory } = comparison;
     for (flag, length) in [("--clearance", clearance), ("--touching", touching)] {
         if let Some(length) = length.filter(|length| !is_valid(length)) {
             return Err(Error::input(format!("{flag} {length} is not a length of 0 or more")));
@@ -45,7 +44,7 @@ pub fn resolve(arguments: ClashArguments) -> Result<Invocation, Error> {
         fill: fill(fill_choice.fill),
         clearance,
         touching,
-        spacing: spacing(resolution, pitch, tolerance, DEFAULT_RAYS)?,
+        spacing: self::spacing(resolution, spacing, DEFAULT_RAYS)?,
         backend: self::backend(backend)?,
         rules: Rules { allow_touching, max_volume, ignored: ignore },
         memory: memory.map(|MemorySize(bytes)| bytes),

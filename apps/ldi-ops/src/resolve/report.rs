@@ -12,7 +12,9 @@ use ldi_ops::placement::Placement;
 use ldi_ops::report::{ReportJob, Roi, Settings};
 
 use super::{Invocation, Job, fill, invocation, report, spacing, usable};
-use crate::args::{BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments};
+use crate::args::{
+    BuildChoice, EdgesChoice, JudgingArguments, RasterArguments, RegionArguments, ReportArguments, SpacingArguments,
+};
 
 /// Rays along the longest side by default.
 const DEFAULT_RESOLUTION: u32 = 256;
@@ -55,7 +57,7 @@ pub fn resolve(arguments: ReportArguments, words: &[OsString]) -> Result<Invocat
     folder.as_deref().map(|folder| usable("-o ", folder, "a report")).transpose()?;
     let (backend, memory) = super::device(device)?;
     let settings = Settings {
-        spacing: spacing(resolution, pitch, None, DEFAULT_RESOLUTION)?,
+        spacing: spacing(resolution, SpacingArguments { pitch, tolerance: None }, DEFAULT_RESOLUTION)?,
         tortuosity_resolution,
         edges,
         fill: fill(fill_choice.fill),

@@ -55,7 +55,7 @@ fn sum(
     let job = SumJob {
         operation,
         unit,
-        spacing: spacing(sampling.resolution, sampling.pitch, sampling.tolerance, DEFAULT_RESOLUTION)?,
+        spacing: spacing(sampling.resolution, sampling.spacing, DEFAULT_RESOLUTION)?,
         lod: lod(sampling.kind.lod)?,
         axes: axes(sampling.kind.axis),
         mode: mode(sampling.kind.mode),
