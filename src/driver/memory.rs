@@ -8,10 +8,12 @@
 
 use std::fmt::{self, Display};
 
+use super::job::Spacing;
 use super::machine;
 use super::work::expected_crossings;
 use crate::Error;
 use crate::grid::{Axis, Grid, LatticeSolid};
+use crate::length::Length;
 use crate::number::number;
 
 /// The share of the free memory that an operation takes without `--memory`.
@@ -164,13 +166,17 @@ pub fn excess(subject: impl Display, held: u64, bytes: f64, limit: Limit) -> Opt
     Some(format!("{subject} needs about {} of memory, and {limit}", size(fixed)))
 }
 
-/// Returns the resolution of a raster whose pitch is `factor` times that of `grid`, as advice; `longest` is the side that the
-/// resolution counts along.
-pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid) -> String {
+/// Returns the raster whose pitch is `factor` times that of `grid`, as advice: a resolution where one was requested, which counts
+/// along the side `longest`, and else a pitch.
+pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid, requested: Spacing<Length>) -> String {
     let rays = factor.map_or(0.0, |factor| (longest / (factor * grid.pitch())).floor());
-    match rays >= 1.0 {
-        true => format!("--resolution {rays}, a pitch of {}, would fit", number(longest / rays)),
-        false => "no raster would fit; raise --memory".to_owned(),
+    let pitch = number(longest / rays);
+    match requested {
+        _ if rays < 1.0 => "no raster would fit; raise --memory".to_owned(),
+        Spacing::Resolution(_) => format!("--resolution {rays}, a pitch of {pitch}, would fit"),
+        Spacing::Pitch(_) | Spacing::Tolerance(_) => {
+            format!("--pitch {pitch}, {rays} rays along the longest side, would fit")
+        }
     }
 }
 
@@ -277,7 +283,10 @@ pub fn admit_images(
 ) -> Result<(), Error> {
     let most = images.axes.iter().map(|&axis| rays_along(grid, axis)).max().unwrap_or(0);
     if most >= u64::from(u32::MAX) {
-        return Err(Error::machine(format!("{most} rays along one axis (limit {}); lower --resolution", u32::MAX)));
+        return Err(Error::machine(format!(
+            "{most} rays along one axis (limit {}); lower --resolution or raise --pitch",
+            u32::MAX
+        )));
     }
     let [x, y, z] = grid.rays();
     let subject = format_args!("the images of {x} × {y} × {z} rays");
@@ -318,6 +327,8 @@ mod tests {
 
     const COST: Cost = Cost { fixed: 10e6, of_rows: 0.0, of_rays: 600e6, of_nodes: 400e6 };
 
+    const RAYS: Spacing<Length> = Spacing::Resolution(100);
+
     const VOLUME: Images =
         Images { held: 0, axes: &[Axis::Z], at_once: 1, have_triangles: false, are_kept: false, have_normals: false };
 
@@ -327,7 +338,7 @@ mod tests {
         let closed = ClosedMesh::check(cube).unwrap();
         let grid = Grid::with_resolution(closed.bounds(), resolution, 1024).unwrap();
         let solids = [grid.quantise(&closed).unwrap()];
-        let admitted = admit_images(images, &grid, &solids, limit, |factor| coarser(factor, 1.0, &grid));
+        let admitted = admit_images(images, &grid, &solids, limit, |factor| coarser(factor, 1.0, &grid, RAYS));
         (largest(&images.costs(&grid, &solids), 1.0), admitted)
     }
 
@@ -352,11 +363,12 @@ mod tests {
     fn refusals_carry_the_figure_the_limit_and_a_way_out() {
         let bounds = crate::mesh::Aabb { min: glam::DVec3::ZERO, max: glam::DVec3::new(10.0, 8.0, 6.0) };
         let grid = Grid::with_resolution(bounds, 100, 1024).unwrap();
-        let admitted = |limit| admit(&[COST], limit, "three images", |factor| coarser(factor, 10.0, &grid));
-        assert_eq!(admitted(Limit::Asked(1_010_000_000)), Ok(()));
-        assert_eq!(admitted(Limit::Unknown), Ok(()));
-        let message = |limit| admitted(Limit::Asked(limit)).unwrap_err().to_string();
-        let refusal = message(500_000_000);
+        let admitted =
+            |limit, spacing| admit(&[COST], limit, "three images", |factor| coarser(factor, 10.0, &grid, spacing));
+        assert_eq!(admitted(Limit::Asked(1_010_000_000), RAYS), Ok(()));
+        assert_eq!(admitted(Limit::Unknown, RAYS), Ok(()));
+        let message = |limit, spacing| admitted(Limit::Asked(limit), spacing).unwrap_err().to_string();
+        let refusal = message(500_000_000, RAYS);
         for words in [
             "three images need about 1010 MB of memory",
             "--memory allows 500 MB",
@@ -364,7 +376,12 @@ mod tests {
         ] {
             assert!(refusal.contains(words), "no `{words}` in: {refusal}");
         }
-        let refusal = message(5_000_000);
+        let words = "--pitch 0.1428571, 70 rays along the longest side, would fit";
+        for spacing in [Spacing::Pitch(Length { value: 0.1, unit: None }), Spacing::Tolerance(0.01)] {
+            let refusal = message(500_000_000, spacing);
+            assert!(refusal.ends_with(words), "{refusal}");
+        }
+        let refusal = message(5_000_000, RAYS);
         assert!(refusal.contains("10 MB of it on any raster") && refusal.contains("no raster would fit"), "{refusal}");
     }
 

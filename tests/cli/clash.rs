@@ -310,8 +310,30 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
         warning["message"].as_str().unwrap().starts_with("a.stl and rod.stl: --tolerance 1 %: not reached"),
         "{warning}"
     );
+    // Images that do not fit name the pair, and a pitch that does.
+    let fine = |pitch: &str| {
+        let flags = ["--pitch", pitch, "--memory", "100M"];
+        folder.run(&[&["clash"], &files[..], &flags].concat())
+    };
+    let refused = fine("0.0003").code(3).says(&["a.stl and b.stl: the images of", "--memory allows 100 MB; --pitch "]);
+    let refusal = refused.stderr();
+    let proposed = refusal.split("; --pitch ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+    assert!((0.0003..0.01).contains(&proposed.parse::<f64>().unwrap()), "{refusal}");
+    fine(proposed).code(1);
     folder.run(&[&rod[..], &["--pitch", "1e-9"]].concat()).code(2).says(&["a.stl, rod.stl", "the least --pitch is"]);
     folder.run(&[&rod[..], &["--pitch", "0"]].concat()).code(2).says(&["--pitch 0 is not a positive length"]);
     folder.run(&[&rod[..], &["--pitch", "1", "--tolerance", "1%"]].concat()).code(2).says(&["cannot be used with"]);
+    // Several such pairs are sampled one after another, and found as each alone is.
+    folder.stl("c.stl", &cuboid([0.5, 0.5, -0.25], [1.5, 1.5, 1.1]));
+    let three = ["clash", "a.stl", "b.stl", "c.stl", "--unit", "mm", "--threads", "2", "--json", "-"];
+    let overlaps = |flags: &[&str]| {
+        let pairs = folder.run(&[&three[..], flags].concat()).code(1).json()["pairs"].as_array().unwrap().clone();
+        let is_of_a = |pair: &&serde_json::Value| pair["a"] == "a.stl";
+        pairs.iter().filter(is_of_a).map(|pair| pair["overlap"]["volume"].clone()).collect::<Vec<_>>()
+    };
+    for flags in [["--pitch", "0.02"], ["--tolerance", "0.05%"], ["--resolution", "300"]] {
+        let found = overlaps(&flags);
+        assert!(found.len() == 2 && found.contains(&volume(&flags)), "{found:?}");
+    }
     folder.run(&["clash", "a.stl", "rod.stl", "--pitch", "1mm"]).code(2).says(&["--pitch 1mm", "states no unit"]);
 }

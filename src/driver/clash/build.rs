@@ -74,7 +74,7 @@ impl Clash {
     }
 
     /// Sets the share of an overlap that the error estimate must fall below where it is sampled: rays double until it does, from 128
-    /// along the longest side of both parts to 4096.
+    /// along the longest side of both parts to 4096, or to 1024 where none meets the overlap, or to what fits into memory.
     pub fn tolerance(mut self, share: f64) -> Self {
         self.spacing = Spacing::Tolerance(share);
         self

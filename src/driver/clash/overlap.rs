@@ -47,6 +47,9 @@ pub enum OverlapMethod {
 /// has an entry for each of its rays, also where it is empty.
 const RAYS_OF_BOTH: f64 = 4.0;
 
+/// Largest resolution at which pairs are sampled side by side: 1024 rays along both parts, so that an image takes a few megabytes.
+const FEW_RAYS: u32 = 256;
+
 /// Voxels along a ray, which exact images do not have.
 const LOD: u32 = 1024;
 
@@ -110,10 +113,11 @@ pub fn overlap(
     }
 }
 
-/// Returns whether a pair is sampled with no other beside it: a GPU makes one image at a time, on which all threads wait, and where
-/// the raster is not a number of rays, images may take all of the memory.
+/// Returns whether a pair is sampled with no other beside it: a GPU makes one image at a time, on which all threads wait, and images
+/// of a pitch, of a tolerance or of many rays may take all of the memory.
 fn is_sampled_alone(settings: &Settings) -> bool {
-    matches!(settings.backend, Backend::Gpu(_)) || !matches!(settings.spacing, Spacing::Resolution(_))
+    let has_small_images = matches!(settings.spacing, Spacing::Resolution(rays) if rays <= FEW_RAYS);
+    matches!(settings.backend, Backend::Gpu(_)) || !has_small_images
 }
 
 /// Returns the volume from images. A resolution is that along the longest side of the box `common` around it, or less where both
@@ -128,6 +132,7 @@ fn sampled(
     expression: Expression,
     (settings, backends): (&Settings, &Backends),
 ) -> Result<Found, Error> {
+    let pair = || format!("{} and {}", names[0], names[1]);
     let solids: Vec<Solid> = parts.into_iter().cloned().collect();
     let spacing = match settings.spacing {
         Spacing::Resolution(rays) => {
@@ -155,7 +160,10 @@ fn sampled(
         certainty: Certainty::default(),
         keep: Keep::Sums,
     };
-    let measured = measure(&job, solids, backends, &Monitor::new(None))?;
+    let measured = measure(&job, solids, backends, &Monitor::new(None)).map_err(|error| match error {
+        Error::Machine(why) => Error::machine(format!("{}: {why}", pair())),
+        other => other,
+    })?;
     // The corners of the common box are rounded, but by less than an estimate errs.
     let most = common.extent().element_product();
     let value = measured.volume.value.min(most);
@@ -163,9 +171,7 @@ fn sampled(
     let volume = Overlap { value, lower, upper, method: OverlapMethod::Estimate };
     let about_overlap = |warning: Warning| match warning.code {
         "fill-rules-differ" => Some(warning),
-        TOLERANCE_NOT_REACHED => {
-            Some(Warning::new(warning.code, format!("{} and {}: {}", names[0], names[1], warning.message)))
-        }
+        TOLERANCE_NOT_REACHED => Some(Warning::new(warning.code, format!("{}: {}", pair(), warning.message))),
         _ => None,
     };
     let warnings = measured.warnings.into_iter().filter_map(about_overlap).collect();

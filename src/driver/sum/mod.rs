@@ -306,6 +306,7 @@ fn operate(
     let (lod, names) = (job.lod, &names[..]);
     let setting = Setting {
         pitch,
+        requested: job.spacing,
         longest,
         lod,
         limit,

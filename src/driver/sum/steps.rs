@@ -10,7 +10,7 @@ use super::bounds::certified_bounds;
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::Error;
-use crate::driver::job::Keep;
+use crate::driver::job::{Keep, Spacing};
 use crate::driver::machine;
 use crate::driver::measured::{Seconds, StepReport};
 use crate::driver::memory::{self, Cost, Limit};
@@ -19,6 +19,7 @@ use crate::fixed::{Crossing, Hit, TriangleHit};
 use crate::grid::{Axis, Grid, SumGrid, offset_grid};
 use crate::integrate;
 use crate::ldi::{Ldi, VolumeSums};
+use crate::length::Length;
 use crate::mesh::ClosedMesh;
 use crate::metrics::bounds::Interval;
 use crate::minkowski::ball::{BallMembership, BallPatches, BallProbe, PatchCounts};
@@ -102,6 +103,8 @@ impl From<StepError> for Error {
 #[derive(Clone, Copy)]
 pub struct Setting<'s> {
     pub pitch: f64,
+    /// The requested spacing, from which the pitch follows.
+    pub requested: Spacing<Length>,
     /// The side that a resolution counts along.
     pub longest: f64,
     pub lod: u32,
@@ -565,7 +568,8 @@ impl Setting<'_> {
             of_nodes: self.backend.bits_of_node() / 8.0 * memory::nodes(grid),
         };
         let subject = format_args!("{}: spans and images", self.names);
-        memory::admit(&[cost], self.limit, subject, |factor| memory::coarser(factor, self.longest, grid))?;
+        let way_out = |factor| memory::coarser(factor, self.longest, grid, self.requested);
+        memory::admit(&[cost], self.limit, subject, way_out)?;
         self.backend.admit(grid)?;
         self.progress.detail(format_args!("{kept:.0} crossings are expected, and {} bytes", cost.bytes()));
         Ok(cost.bytes())

@@ -44,12 +44,13 @@ impl Subject<'_> {
             None => of_region,
             Some(_) => self.grid_of_pitch(of_region.pitch())?,
         };
-        self.admit(&grid, Limit::new(settings.memory))?;
+        self.admit(&grid, settings)?;
         Ok(grid)
     }
 
     /// Rejects rasters whose fields would not fit into memory, before the system kills the process.
-    fn admit(&self, grid: &Grid, limit: Limit) -> Result<(), Error> {
+    fn admit(&self, grid: &Grid, settings: &Settings) -> Result<(), Error> {
+        let limit = Limit::new(settings.memory);
         let nodes = memory::nodes(grid);
         let [x, y, z] = grid.rays();
         let region = self.roi.unwrap_or(self.solid);
@@ -58,7 +59,7 @@ impl Subject<'_> {
             format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
         });
         let way_out = |factor| {
-            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid);
+            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid, settings.spacing);
             advice + &sizes.unwrap_or_default()
         };
         let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
