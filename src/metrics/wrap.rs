@@ -1,7 +1,7 @@
 //! The shape of a porous solid: the solid with its pores filled.
 
 use super::components::{Connectivity, reached, rim};
-use super::distance::{Crossings, DistanceField};
+use super::distance::{Crossings, distances};
 use super::{BoundaryCondition, NodeSet, Region};
 use crate::grid::{Axis, LatticeBox};
 use crate::ldi::{Ldi, LdiError, Mode, NodePlanes, NodesError};
@@ -58,16 +58,16 @@ pub fn wrap(images: &[Ldi; 3], radius: f64) -> Result<[Ldi; 3], WrapError> {
 fn filled(surface: &Crossings, solid: &NodeSet, radius: f64) -> Crossings {
     let size = solid.size();
     let index = |[x, y, z]: [usize; 3]| (z * size[1] + y) * size[0] + x;
-    let from_solid = DistanceField::of(surface, BoundaryCondition::Clip);
-    let clearance = |node| f64::from(from_solid.values()[index(node)]) - radius;
+    let from_solid = distances(surface, BoundaryCondition::Clip);
+    let clearance = |node| f64::from(from_solid[index(node)]) - radius;
     let free = NodeSet::from_fn(size, |node| !solid.contains(node) && clearance(node) > 0.0);
     let centres = reached(&free, Connectivity::Faces, BoundaryCondition::Clip, &rim(&NodeSet::full(size)));
     // Neighbours of a reached node that the ball fits into are reached too.
     let ends = Crossings::between(size, |node| centres.contains(node), clearance);
-    let from_centres = DistanceField::of(&ends, BoundaryCondition::Clip);
+    let from_centres = distances(&ends, BoundaryCondition::Clip);
     let depth = |node| match centres.contains(node) {
         true => -radius,
-        false => f64::from(from_centres.values()[index(node)]) - radius,
+        false => f64::from(from_centres[index(node)]) - radius,
     };
     Crossings::between(size, |node| depth(node) > 0.0, depth)
 }

@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::envelope::{Envelope, Nearest};
+use super::site::Site;
 
 /// Number of elements lowered together.
 pub(super) const LANES: usize = 32;
@@ -19,9 +20,9 @@ const _: () = assert!(REACH.is_multiple_of(2), "steps are taken in pairs");
 /// Lines that are lowered together: [`LANES`] side by side, or a single one, at as many neighbouring places at once.
 ///
 /// Beyond either end of a line is room for the places that its ends reach: without sites, or with those of its repetitions.
-pub(super) struct Lines {
+pub(super) struct Lines<S> {
     squared: Vec<f32>,
-    sites: Vec<u32>,
+    sites: Vec<S>,
     places: usize,
     /// Places of a line are this far apart.
     stride: usize,
@@ -34,25 +35,25 @@ pub(super) struct Lines {
     envelope: Envelope,
 }
 
-impl Lines {
+impl<S: Site> Lines<S> {
     /// Returns lines without sites, of which `stride` lie side by side.
-    pub fn new(places: usize, stride: usize, repeats: bool) -> Lines {
+    pub fn new(places: usize, stride: usize, repeats: bool) -> Lines<S> {
         let room = if repeats { REACH } else { REACH.min(places) };
         let length = (places + 2 * room) * stride + LANES;
         let (by_envelope, line, envelope) = Default::default();
-        let (squared, sites) = (vec![f32::INFINITY; length], vec![u32::MAX; length]);
+        let (squared, sites) = (vec![f32::INFINITY; length], vec![S::NONE; length]);
         Lines { squared, sites, places, stride, room, repeats, by_envelope, line, envelope }
     }
 
     /// Returns the squared distances and sites of some elements, those of place `i` on line `l` at `i · stride + l`.
-    pub fn part(&mut self, part: Range<usize>) -> (&mut [f32], &mut [u32]) {
+    pub fn part(&mut self, part: Range<usize>) -> (&mut [f32], &mut [S]) {
         let from = self.room * self.stride;
         let part = from + part.start..from + part.end;
         (&mut self.squared[part.clone()], &mut self.sites[part])
     }
 
     /// Sets the squared distances and sites of a place of the first lines.
-    pub fn set(&mut self, place: usize, squared: &[f32], sites: &[u32]) {
+    pub fn set(&mut self, place: usize, squared: &[f32], sites: &[S]) {
         let first = place * self.stride;
         let part = self.part(first..first + squared.len());
         copy(squared, part.0);
@@ -62,7 +63,7 @@ impl Lines {
     /// Passes the minimum at each place of the line of squared distance plus squared offset, with its site, to `put`: of the
     /// first `lines` at one place, or of a single line at [`LANES`] places from the one given on, and at its end at those that are
     /// left. Of equal ones it is the first on the line.
-    pub fn lower(&mut self, lines: usize, put: impl FnMut(usize, &[f32], &[u32])) {
+    pub fn lower(&mut self, lines: usize, put: impl FnMut(usize, &[f32], &[S])) {
         if self.repeats {
             self.repeat();
         }
@@ -78,7 +79,7 @@ impl Lines {
     /// Lowers elements with AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn lower_avx2(&mut self, lines: usize, put: impl FnMut(usize, &[f32], &[u32])) {
+    fn lower_avx2(&mut self, lines: usize, put: impl FnMut(usize, &[f32], &[S])) {
         self.lower_by(|group, found| least_near_avx2(group, found), lines, put);
     }
 
@@ -86,12 +87,12 @@ impl Lines {
     #[inline(always)]
     fn lower_by(
         &mut self,
-        near: impl Fn(Group, &mut Found) -> bool,
+        near: impl Fn(Group<S>, &mut Found<S>) -> bool,
         lines: usize,
-        mut put: impl FnMut(usize, &[f32], &[u32]),
+        mut put: impl FnMut(usize, &[f32], &[S]),
     ) {
         let end = self.places * self.stride;
-        let mut found = ([0.0; LANES], [0; LANES]);
+        let mut found = ([0.0; LANES], [S::NONE; LANES]);
         for (first, place) in (0..end).step_by(LANES).zip((0..).step_by(LANES / self.stride)) {
             let lanes = if self.stride == 1 { LANES.min(end - first) } else { lines };
             let is_near = self.by_envelope.is_empty() && near(self.group(first, lanes), &mut found);
@@ -103,7 +104,7 @@ impl Lines {
     }
 
     /// Returns some elements and what surrounds them.
-    fn group(&self, first: usize, lanes: usize) -> Group<'_> {
+    fn group(&self, first: usize, lanes: usize) -> Group<'_, S> {
         let &Lines { ref squared, ref sites, places, stride, room, repeats, .. } = self;
         let steps = if repeats { usize::MAX } else { places - 1 };
         Group { squared, sites, first: first + room * stride, stride, steps, lanes }
@@ -125,7 +126,7 @@ impl Lines {
     }
 
     /// Returns elements of the lower envelopes of the first lines, which are found where none is known.
-    fn at_envelope(&mut self, first: usize, lines: usize) -> Found {
+    fn at_envelope(&mut self, first: usize, lines: usize) -> Found<S> {
         let Lines { places, stride, room, repeats, .. } = *self;
         if self.by_envelope.is_empty() {
             self.by_envelope.resize(places * stride + LANES, Nearest::NONE);
@@ -133,7 +134,7 @@ impl Lines {
                 let of_line = (0..places).map(|place| place * stride + lane);
                 let given = |at: usize| Nearest {
                     squared: self.squared[room * stride + at],
-                    site: self.sites[room * stride + at],
+                    site: self.sites[room * stride + at].number(),
                 };
                 self.line.clear();
                 self.line.extend(of_line.clone().map(given));
@@ -142,7 +143,7 @@ impl Lines {
             }
         }
         let lowered = &self.by_envelope[first..first + LANES];
-        (std::array::from_fn(|lane| lowered[lane].squared), std::array::from_fn(|lane| lowered[lane].site))
+        (std::array::from_fn(|lane| lowered[lane].squared), std::array::from_fn(|lane| S::numbered(lowered[lane].site)))
     }
 }
 
@@ -155,19 +156,11 @@ pub(super) fn copy<T: Copy>(from: &[T], to: &mut [T]) {
     }
 }
 
-/// Returns the lesser of two values with its site, of equal ones the first.
-#[inline(always)]
-pub(super) fn lesser((value, site): (f32, u32), (other, of_other): (f32, u32)) -> (f32, u32) {
-    // By a mask, which compilers turn into vectors.
-    let is_less = 0u32.wrapping_sub((other < value).into());
-    (other.min(value), site ^ (is_less & (site ^ of_other)))
-}
-
 /// Elements of lines to be lowered together.
 #[derive(Clone, Copy)]
-struct Group<'a> {
+struct Group<'a, S> {
     squared: &'a [f32],
-    sites: &'a [u32],
+    sites: &'a [S],
     /// The first of [`LANES`] elements.
     first: usize,
     /// The elements before and after these lie this far off.
@@ -178,11 +171,11 @@ struct Group<'a> {
     lanes: usize,
 }
 
-impl Group<'_> {
+impl<S: Site> Group<'_, S> {
     /// Returns the squared distances and sites from an element on.
     #[inline(always)]
-    fn elements(&self, first: usize) -> Found {
-        let all = |slice: &[u32]| -> [u32; LANES] { slice.try_into().expect("as many elements as lanes") };
+    fn elements(&self, first: usize) -> Found<S> {
+        let all = |slice: &[S]| -> [S; LANES] { slice.try_into().expect("as many elements as lanes") };
         let squared: [f32; LANES] = self.squared[first..first + LANES].try_into().expect("as many elements as lanes");
         (squared, all(&self.sites[first..first + LANES]))
     }
@@ -196,10 +189,10 @@ impl Group<'_> {
 }
 
 /// Squared distances of places side by side, with their sites.
-type Found = ([f32; LANES], [u32; LANES]);
+type Found<S> = ([f32; LANES], [S; LANES]);
 
 /// Sets the minimum at each of some elements, with its site; returns false if it may lie beyond the reach.
-fn least_near(group: Group, found: &mut Found) -> bool {
+fn least_near<S: Site>(group: Group<S>, found: &mut Found<S>) -> bool {
     *found = group.elements(group.first);
     let (least, nearest) = found;
     least[group.lanes..].fill(0.0);
@@ -227,13 +220,15 @@ fn least_near(group: Group, found: &mut Found) -> bool {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 #[inline]
-fn least_near_avx2(group: Group, found: &mut Found) -> bool {
+fn least_near_avx2<S: Site>(group: Group<S>, found: &mut Found<S>) -> bool {
     use std::arch::x86_64::*;
     const VECTORS: usize = LANES / 8;
     let (mut squared, sites) = group.elements(group.first);
     squared[group.lanes..].fill(0.0);
     let mut least: [__m256; VECTORS] = bytemuck::cast(squared);
-    let mut nearest: [__m256; VECTORS] = bytemuck::cast(sites);
+    // Sites that are not known have no bits.
+    let vectors = |sites: [S; LANES]| bytemuck::try_cast(sites).unwrap_or([_mm256_setzero_ps(); VECTORS]);
+    let mut nearest: [__m256; VECTORS] = vectors(sites);
     // One test for two steps: a branch that is not foreseen costs more than a step that lowers nothing.
     for step in (1..=REACH).step_by(2).take_while(|&step| step <= group.steps) {
         let greatest = least.into_iter().reduce(|a, b| _mm256_max_ps(a, b)).expect("a vector at least");
@@ -246,7 +241,7 @@ fn least_near_avx2(group: Group, found: &mut Found) -> bool {
             let mut meet = |first: usize, comes_first: bool| {
                 let (others, sites) = group.elements(first);
                 let others: [__m256; VECTORS] = bytemuck::cast(others);
-                let sites: [__m256; VECTORS] = bytemuck::cast(sites);
+                let sites = vectors(sites);
                 for v in 0..VECTORS {
                     let other = _mm256_add_ps(others[v], offset);
                     let is_least = match comes_first {
@@ -254,7 +249,9 @@ fn least_near_avx2(group: Group, found: &mut Found) -> bool {
                         false => _mm256_cmp_ps::<_CMP_LT_OQ>(other, least[v]),
                     };
                     least[v] = _mm256_min_ps(other, least[v]);
-                    nearest[v] = _mm256_blendv_ps(nearest[v], sites[v], is_least);
+                    if S::IS_KNOWN {
+                        nearest[v] = _mm256_blendv_ps(nearest[v], sites[v], is_least);
+                    }
                 }
             };
             let off = step * group.stride;
@@ -262,7 +259,7 @@ fn least_near_avx2(group: Group, found: &mut Found) -> bool {
             meet(group.first + off, false);
         }
     }
-    *found = (bytemuck::cast(least), bytemuck::cast(nearest));
+    *found = (bytemuck::cast(least), bytemuck::try_cast(nearest).unwrap_or([S::NONE; LANES]));
     !group.is_beyond_reach(&found.0)
 }
 
@@ -272,7 +269,7 @@ mod tests {
     use crate::testing::random::Random;
 
     /// Sets the squared distance and the site of each place on each of some lines.
-    fn fill(lines: &mut Lines, elements: &[Nearest], count: usize) {
+    fn fill(lines: &mut Lines<u32>, elements: &[Nearest], count: usize) {
         for (place, row) in elements.chunks(count).enumerate() {
             let squared: Vec<f32> = row.iter().map(|nearest| nearest.squared).collect();
             let sites: Vec<u32> = row.iter().map(|nearest| nearest.site).collect();
@@ -281,7 +278,7 @@ mod tests {
     }
 
     /// Returns lines with the given elements.
-    fn of(elements: &[Nearest], count: usize, stride: usize, repeats: bool) -> Lines {
+    fn of(elements: &[Nearest], count: usize, stride: usize, repeats: bool) -> Lines<u32> {
         let mut lines = Lines::new(elements.len() / count, stride, repeats);
         fill(&mut lines, elements, count);
         lines

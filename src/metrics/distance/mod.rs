@@ -23,14 +23,16 @@ mod crossings;
 mod envelope;
 mod lines;
 mod rows;
+mod site;
 
 use std::ops::Range;
 
 use crate::parallel::*;
 
 pub use crossings::Crossings;
-use lines::{LANES, Lines, copy, lesser};
+use lines::{LANES, Lines, copy};
 use rows::{NodeRows, Sweep};
+use site::{Site, lesser};
 
 use super::{BoundaryCondition, NodeSet};
 use crate::allocation::zeroed;
@@ -43,6 +45,18 @@ const PLANES: usize = 4;
 
 /// Sites from here on are the walls of a box: those across x, y, z, at its lower corner, then at its upper one.
 const WALLS: u32 = u32::MAX - 6;
+
+/// Returns the distances of all nodes alone, as those of the [`DistanceField`]. Needs 4 bytes per node.
+///
+/// # Panics
+/// If there are 2³² − 7 crossings or more.
+pub fn distances(crossings: &Crossings, edges: BoundaryCondition) -> Vec<f32> {
+    let (mut values, mut sites) = Transform::of(crossings, edges).run::<()>();
+    if let Some(walls) = crossings.walls() {
+        meet_walls(crossings.size(), walls, &mut values, &mut sites);
+    }
+    values
+}
 
 /// For each node the distance to the nearest crossing of the surface, and that crossing: its site.
 #[derive(Clone, Debug)]
@@ -72,19 +86,9 @@ impl DistanceField {
     /// # Panics
     /// If there are 2³² − 7 crossings or more.
     pub fn of(crossings: &Crossings, edges: BoundaryCondition) -> DistanceField {
-        let size = crossings.size();
-        let counts = Axis::ALL.map(|axis| crossings.count(axis) as u64);
-        assert!(counts.iter().sum::<u64>() < u64::from(WALLS), "fewer crossings than indices of 32 bits");
-        let firsts = [counts[0] as u32, (counts[0] + counts[1]) as u32];
-        let nodes = size.iter().product();
-        // The first step sets them.
-        let (mut values, mut sites) = (zeroed(nodes), zeroed(nodes));
-        let transform = Transform { crossings, size, repeats: edges == BoundaryCondition::Periodic, firsts };
-        if nodes > 0 {
-            transform.across_x_and_y(&mut values, &mut sites);
-            transform.along_columns(&mut values, &mut sites);
-            transform.across_z(&mut values, &mut sites);
-        }
+        let transform = Transform::of(crossings, edges);
+        let (values, sites) = transform.run();
+        let Transform { size, firsts, .. } = transform;
         let (listed, walls) = (listed(crossings), Default::default());
         let mut field = DistanceField { size, edges, values, sites, crossings: listed, firsts, walls };
         if let Some(walls) = crossings.walls() {
@@ -176,20 +180,24 @@ impl DistanceField {
     /// Applies walls.
     fn meet_walls(&mut self, walls: [[f32; 3]; 2]) {
         self.walls = walls;
-        let [columns, rows, _] = self.size;
-        let planes = self.values.par_chunks_mut(columns * rows).zip(self.sites.par_chunks_mut(columns * rows));
-        planes.enumerate().for_each(|(z, (values, sites))| {
-            for (i, (value, site)) in values.iter_mut().zip(sites).enumerate() {
-                let node = [i % columns, i / columns, z];
-                for wall in 0..6 {
-                    let distance = (node[wall % 3] as f32 - walls[wall / 3][wall % 3]).abs();
-                    if distance < *value {
-                        (*value, *site) = (distance, WALLS + wall as u32);
-                    }
+        meet_walls(self.size, walls, &mut self.values, &mut self.sites);
+    }
+}
+
+/// Applies walls to the distances of nodes.
+fn meet_walls<S: Site>([columns, rows, _]: [usize; 3], walls: [[f32; 3]; 2], values: &mut [f32], sites: &mut [S]) {
+    let planes = values.par_chunks_mut(columns * rows).zip(sites.par_chunks_mut(columns * rows));
+    planes.enumerate().for_each(|(z, (values, sites))| {
+        for (i, (value, site)) in values.iter_mut().zip(sites).enumerate() {
+            let node = [i % columns, i / columns, z];
+            for wall in 0..6 {
+                let distance = (node[wall % 3] as f32 - walls[wall / 3][wall % 3]).abs();
+                if distance < *value {
+                    (*value, *site) = (distance, S::numbered(WALLS + wall as u32));
                 }
             }
-        });
-    }
+        }
+    });
 }
 
 /// Lists all crossings: those of the rows along x, then y, then z.
@@ -218,14 +226,34 @@ struct Transform<'a> {
 }
 
 /// The buffers of a task: a row along x, and the rows of a plane across z, side by side in blocks.
-struct Scratch<'a> {
+struct Scratch<'a, S> {
     sweep: Sweep<'a>,
-    row: Lines,
-    blocks: Vec<Lines>,
+    row: Lines<S>,
+    blocks: Vec<Lines<S>>,
 }
 
 impl<'a> Transform<'a> {
-    fn scratch(&self, axis: Axis) -> Scratch<'a> {
+    fn of(crossings: &'a Crossings, edges: BoundaryCondition) -> Transform<'a> {
+        let counts = Axis::ALL.map(|axis| crossings.count(axis) as u64);
+        assert!(counts.iter().sum::<u64>() < u64::from(WALLS), "fewer crossings than indices of 32 bits");
+        let firsts = [counts[0] as u32, (counts[0] + counts[1]) as u32];
+        Transform { crossings, size: crossings.size(), repeats: edges == BoundaryCondition::Periodic, firsts }
+    }
+
+    /// Returns the distance of each node and its site.
+    fn run<S: Site>(&self) -> (Vec<f32>, Vec<S>) {
+        let nodes = self.size.iter().product();
+        // The first step sets them.
+        let (mut values, mut sites) = (zeroed(nodes), zeroed(nodes));
+        if nodes > 0 {
+            self.across_x_and_y(&mut values, &mut sites);
+            self.along_columns(&mut values, &mut sites);
+            self.across_z(&mut values, &mut sites);
+        }
+        (values, sites)
+    }
+
+    fn scratch<S: Site>(&self, axis: Axis) -> Scratch<'a, S> {
         let [width, height, _] = self.size;
         Scratch {
             sweep: Sweep::new(self.rows(axis)),
@@ -242,7 +270,7 @@ impl<'a> Transform<'a> {
     }
 
     /// Computes, within each plane across z, the minimum of the squared distances to crossings of rows along x and along y.
-    fn across_x_and_y(&self, values: &mut [f32], sites: &mut [u32]) {
+    fn across_x_and_y<S: Site>(&self, values: &mut [f32], sites: &mut [S]) {
         let [width, height, _] = self.size;
         let along_x = self.rows(Axis::X);
         let planes = values.par_chunks_mut(width * height).zip(sites.par_chunks_mut(width * height)).enumerate();
@@ -273,7 +301,7 @@ impl<'a> Transform<'a> {
     }
 
     /// Replaces the values of planes by their lower envelopes along z.
-    fn along_columns(&self, values: &mut [f32], sites: &mut [u32]) {
+    fn along_columns<S: Site>(&self, values: &mut [f32], sites: &mut [S]) {
         let [width, height, depth] = self.size;
         let walls = rows_by_wall(values, width, height).into_par_iter().zip(rows_by_wall(sites, width, height));
         walls.for_each_init(
@@ -295,7 +323,7 @@ impl<'a> Transform<'a> {
     }
 
     /// Adds the crossings of rows along z, and takes the roots.
-    fn across_z(&self, values: &mut [f32], sites: &mut [u32]) {
+    fn across_z<S: Site>(&self, values: &mut [f32], sites: &mut [S]) {
         let [width, height, depth] = self.size;
         let plane = width * height;
         let planes = depth.div_ceil(SLABS * rayon::current_num_threads()).max(PLANES);
@@ -323,7 +351,7 @@ impl<'a> Transform<'a> {
 }
 
 /// Lowers the lines along y of a plane, and passes the values in rows of it.
-fn lower_blocks(blocks: &mut [Lines], width: usize, mut put: impl FnMut(Range<usize>, &[f32], &[u32])) {
+fn lower_blocks<S: Site>(blocks: &mut [Lines<S>], width: usize, mut put: impl FnMut(Range<usize>, &[f32], &[S])) {
     for (first, block) in (0..width).step_by(LANES).zip(blocks) {
         let lines = LANES.min(width - first);
         block.lower(lines, |y, squared, nearest| {
@@ -342,7 +370,7 @@ fn rows_by_wall<T>(array: &mut [T], width: usize, height: usize) -> Vec<Vec<&mut
 }
 
 /// Keeps the lesser of the present and the new values.
-fn least(squared: &[f32], nearest: &[u32], values: &mut [f32], sites: &mut [u32]) {
+fn least<S: Site>(squared: &[f32], nearest: &[S], values: &mut [f32], sites: &mut [S]) {
     for (((&squared, &nearest), value), site) in squared.iter().zip(nearest).zip(values).zip(sites) {
         (*value, *site) = lesser((*value, *site), (squared, nearest));
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Crossings;
-use super::lines::lesser;
+use super::site::{Site, lesser};
 use crate::bits::Ones;
 use crate::grid::Axis;
 
@@ -22,10 +22,10 @@ pub(super) struct NodeRows<'a> {
 const CHUNK: usize = 16;
 
 /// A crossing: its place on its row, and its number.
-type Site = (f32, u32);
+type Place = (f32, u32);
 
 /// Stands for no crossing before a node, and for none after it.
-const NONE: [Site; 2] = [(f32::NEG_INFINITY, u32::MAX), (f32::INFINITY, u32::MAX)];
+const NONE: [Place; 2] = [(f32::NEG_INFINITY, u32::MAX), (f32::INFINITY, u32::MAX)];
 
 impl<'a> NodeRows<'a> {
     /// Returns the places of the crossings of a row, and the site of the first of them.
@@ -36,7 +36,7 @@ impl<'a> NodeRows<'a> {
 
     /// Returns a crossing of a row; past the last one, the first one a period on, or none.
     #[inline]
-    fn crossing(&self, (places, number): (&[f32], u32), index: usize) -> Site {
+    fn crossing(&self, (places, number): (&[f32], u32), index: usize) -> Place {
         match (places.get(index), self.period, places) {
             (Some(&place), ..) => (place, number + index as u32),
             (None, Some(period), [first, ..]) => (first + period, number),
@@ -45,7 +45,7 @@ impl<'a> NodeRows<'a> {
     }
 
     /// Returns the last crossing of a row, one period earlier; none if rows do not repeat.
-    fn before(&self, (places, number): (&[f32], u32)) -> Site {
+    fn before(&self, (places, number): (&[f32], u32)) -> Place {
         match (self.period, places.last()) {
             (Some(period), Some(last)) => (last - period, number + places.len() as u32 - 1),
             _ => NONE[0],
@@ -54,11 +54,11 @@ impl<'a> NodeRows<'a> {
 
     /// Sets the squared distance of each node of a row from the nearest of its crossings, and that crossing; of two as near, it
     /// is the one before the node.
-    pub fn along(&self, row: usize, (squared, sites): (&mut [f32], &mut [u32])) {
+    pub fn along<S: Site>(&self, row: usize, (squared, sites): (&mut [f32], &mut [S])) {
         let places = self.row(row);
         if places.0.is_empty() {
             squared.fill(f32::INFINITY);
-            sites.fill(u32::MAX);
+            sites.fill(S::NONE);
             return;
         }
         let (mut from, mut here) = (0, self.before(places));
@@ -78,11 +78,11 @@ impl<'a> NodeRows<'a> {
                 to += 1;
             }
             square_distances(here.0, from, &mut squared[from..to]);
-            sites[from..to].fill(here.1);
+            sites[from..to].fill(S::numbered(here.1));
             (from, here) = (to, next);
         }
         square_distances(here.0, from, &mut squared[from..]);
-        sites[from..].fill(here.1);
+        sites[from..].fill(S::numbered(here.1));
     }
 }
 
@@ -96,34 +96,34 @@ fn square_distances(place: f32, from: usize, squared: &mut [f32]) {
 }
 
 /// Sets squared distances from the nearer of two places each, those before and those after, and its site.
-fn nearer(at: f32, before: (&[f32], &[u32]), after: (&[f32], &[u32]), squared: &mut [f32], sites: &mut [u32]) {
-    let before = before.0.iter().zip(before.1);
-    let after = after.0.iter().zip(after.1);
+fn nearer<S: Site>(at: f32, before: (&[f32], &[u32]), after: (&[f32], &[u32]), squared: &mut [f32], sites: &mut [S]) {
+    let before = before.0.iter().zip(before.1).map(|(&place, &number)| (at - place, S::numbered(number)));
+    let after = after.0.iter().zip(after.1).map(|(&place, &number)| (place - at, S::numbered(number)));
     for (((before, after), squared), site) in before.zip(after).zip(squared).zip(sites) {
-        let (distance, nearest) = lesser((at - before.0, *before.1), (after.0 - at, *after.1));
+        let (distance, nearest) = lesser(before, after);
         (*squared, *site) = (distance * distance, nearest);
     }
 }
 
 /// A crossing of each row.
 #[derive(Default)]
-struct Sites {
+struct Places {
     places: Vec<f32>,
     numbers: Vec<u32>,
 }
 
-impl Sites {
+impl Places {
     fn clear(&mut self) {
         self.places.clear();
         self.numbers.clear();
     }
 
-    fn push(&mut self, (place, number): Site) {
+    fn push(&mut self, (place, number): Place) {
         self.places.push(place);
         self.numbers.push(number);
     }
 
-    fn set(&mut self, row: usize, (place, number): Site) {
+    fn set(&mut self, row: usize, (place, number): Place) {
         (self.places[row], self.numbers[row]) = (place, number);
     }
 
@@ -137,14 +137,14 @@ pub(super) struct Sweep<'a> {
     rows: NodeRows<'a>,
     /// The number of the first of the rows.
     first: usize,
-    before: Sites,
+    before: Places,
     /// Those in the plane or after it.
-    after: Sites,
+    after: Places,
 }
 
 impl<'a> Sweep<'a> {
     pub fn new(rows: NodeRows<'a>) -> Sweep<'a> {
-        Sweep { rows, first: 0, before: Sites::default(), after: Sites::default() }
+        Sweep { rows, first: 0, before: Places::default(), after: Places::default() }
     }
 
     /// Starts on some rows, at a place of their nodes.
@@ -163,7 +163,7 @@ impl<'a> Sweep<'a> {
 
     /// Sets the squared distances of the nodes at a place of some rows, counted from the first, from the nearest crossings of
     /// these, and those crossings. The place is not before the last one.
-    pub fn nearest(&mut self, part: Range<usize>, at: usize, (squared, sites): (&mut [f32], &mut [u32])) {
+    pub fn nearest<S: Site>(&mut self, part: Range<usize>, at: usize, (squared, sites): (&mut [f32], &mut [S])) {
         let at = at as f32;
         for first in part.clone().step_by(CHUNK) {
             let after = &self.after.places[first..part.end.min(first + CHUNK)];

@@ -47,6 +47,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// Compares every node's distance with that to each point of the cloud, and the site with the distance.
 fn check(crossings: &Crossings, edges: BoundaryCondition) -> DistanceField {
     let field = DistanceField::of(crossings, edges);
+    assert_eq!(distances(crossings, edges), field.values(), "distances alone have the same bits");
     let size = field.size();
     let cloud = cloud(crossings);
     for (index, node) in nodes(size).enumerate() {

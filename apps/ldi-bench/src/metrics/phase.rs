@@ -9,7 +9,7 @@ use ldi_ops::grid::Axis;
 use ldi_ops::metrics::access::{Ends, access_sizes, bottlenecks, percolation};
 use ldi_ops::metrics::chords::{Chords, Counted, Weighting};
 use ldi_ops::metrics::components::{Components, Connectivity, open_pores, rim};
-use ldi_ops::metrics::distance::{Crossings, DistanceField};
+use ldi_ops::metrics::distance::{Crossings, DistanceField, distances};
 use ldi_ops::metrics::euler::characteristic;
 use ldi_ops::metrics::thickness::{largest_balls, local_thickness, radii};
 use ldi_ops::metrics::tortuosity::{EndCondition, TortuosityError, diffusive, geodesic};
@@ -69,10 +69,10 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
         chords(&mut said, array, phase);
     }
     if [Measure::Distance, Measure::Thickness, Measure::Access].into_iter().any(asked) {
-        let field = said.timed("distance", || {
-            DistanceField::of(&Crossings::of_nodes(&array.nodes, BoundaryCondition::Clip), BoundaryCondition::Clip)
-        });
-        summarise(&mut said, "distance", field.values(), &nodes, maps)?;
+        let crossings = || Crossings::of_nodes(&array.nodes, BoundaryCondition::Clip);
+        let values = said.timed("distance", || distances(&crossings(), BoundaryCondition::Clip));
+        summarise(&mut said, "distance", &values, &nodes, maps)?;
+        let field = DistanceField::of(&crossings(), BoundaryCondition::Clip);
         if asked(Measure::Thickness) {
             let thickness = said.timed("thickness", || local_thickness(&field, &nodes));
             summarise(&mut said, "thickness", &thickness, &nodes, maps)?;
