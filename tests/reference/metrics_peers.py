@@ -400,7 +400,7 @@ class Comparison:
         theirs = asked(function, is_in)
         expected = 2.0 * theirs.value[is_in]
         quantiles = " ".join(f"{q:+.2f}" for q in np.quantile(found - expected, (0.05, 0.25, 0.5, 0.75, 0.95)))
-        ours, mean = self.ours(phase, metric, float(found.mean(dtype=float)), "distance"), float(expected.mean(dtype=float))
+        ours, mean = self.ours(phase, metric, float(found.mean(dtype=float)), "field"), float(expected.mean(dtype=float))
         self.add(title, peer, ours, Answer(mean, theirs.seconds), within=within, note=quantiles, **rest)
 
     def diffusion(self):

@@ -46,7 +46,8 @@ const PLANES: usize = 4;
 /// Sites from here on are the walls of a box: those across x, y, z, at its lower corner, then at its upper one.
 const WALLS: u32 = u32::MAX - 6;
 
-/// Returns the distances of all nodes alone, as those of the [`DistanceField`]. Needs 4 bytes per node.
+/// Returns the [values](DistanceField::values) of a [`DistanceField`] without its sites, in about two thirds of the time. Needs 4
+/// bytes per node.
 ///
 /// # Panics
 /// If there are 2³² − 7 crossings or more.
@@ -130,7 +131,7 @@ impl DistanceField {
         &self.values
     }
 
-    /// Returns the distances alone.
+    /// Returns the distances, and drops the sites.
     pub fn into_values(self) -> Vec<f32> {
         self.values
     }

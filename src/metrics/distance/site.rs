@@ -2,8 +2,7 @@
 
 use bytemuck::Pod;
 
-/// The crossing nearest to a node: its number, or nothing where distances alone are asked for, which then take half the memory and
-/// two thirds of the time.
+/// The crossing nearest to a node: its number, or nothing where distances alone are asked for.
 pub(super) trait Site: Pod + Send + Sync {
     /// No crossing.
     const NONE: Self;

@@ -68,16 +68,19 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
     if asked(Measure::Chords) {
         chords(&mut said, array, phase);
     }
-    if [Measure::Distance, Measure::Thickness, Measure::Access].into_iter().any(asked) {
-        let crossings = || Crossings::of_nodes(&array.nodes, BoundaryCondition::Clip);
+    let crossings = || Crossings::of_nodes(&array.nodes, BoundaryCondition::Clip);
+    if asked(Measure::Distance) {
         let values = said.timed("distance", || distances(&crossings(), BoundaryCondition::Clip));
         summarise(&mut said, "distance", &values, &nodes, maps)?;
-        let field = DistanceField::of(&crossings(), BoundaryCondition::Clip);
+    }
+    let has_access = asked(Measure::Access) && phase == Phase::Pore;
+    if asked(Measure::Thickness) || has_access {
+        let field = said.timed("field", || DistanceField::of(&crossings(), BoundaryCondition::Clip));
         if asked(Measure::Thickness) {
             let thickness = said.timed("thickness", || local_thickness(&field, &nodes));
             summarise(&mut said, "thickness", &thickness, &nodes, maps)?;
         }
-        if asked(Measure::Access) && phase == Phase::Pore {
+        if has_access {
             access(&mut said, array, &field, &nodes, maps)?;
         }
     }
