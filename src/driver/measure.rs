@@ -424,8 +424,10 @@ fn admit(job: &MeasureJob, solids: &[Solid], lattice: &[LatticeSolid], grid: &Gr
         are_kept: job.keep != Keep::Sums,
         have_normals: job.keep == Keep::ImagesWithTriangles,
     };
-    let longest = raster::common_box(solids).extent().max_element();
-    let way_out = |factor| memory::coarser(factor, longest, grid, job.spacing);
+    let way_out = |factor| {
+        let longest = raster::common_box(solids).extent().max_element();
+        memory::coarser(factor, longest, grid, job.spacing)
+    };
     memory::admit_images(images, grid, lattice, Limit::new(job.memory), way_out)
 }
 

@@ -14,7 +14,7 @@ use super::work::expected_crossings;
 use crate::Error;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::length::Length;
-use crate::number::number;
+use crate::number::{number, outwards};
 
 /// The share of the free memory that an operation takes without `--memory`.
 const SHARE_OF_FREE: f64 = 0.8;
@@ -167,15 +167,17 @@ pub fn excess(subject: impl Display, held: u64, bytes: f64, limit: Limit) -> Opt
 }
 
 /// Returns the raster whose pitch is `factor` times that of `grid`, as advice: a resolution where one was requested, which counts
-/// along the side `longest`, and else a pitch.
+/// along the side `longest`, and else a pitch, rounded up so that it gives no more rays.
 pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid, requested: Spacing<Length>) -> String {
     let rays = factor.map_or(0.0, |factor| (longest / (factor * grid.pitch())).floor());
-    let pitch = number(longest / rays);
+    if rays < 1.0 {
+        return "no raster would fit; raise --memory".to_owned();
+    }
+    let [nearest, above] = [number(longest / rays), outwards([0.0, longest / rays])[1].clone()];
     match requested {
-        _ if rays < 1.0 => "no raster would fit; raise --memory".to_owned(),
-        Spacing::Resolution(_) => format!("--resolution {rays}, a pitch of {pitch}, would fit"),
+        Spacing::Resolution(_) => format!("--resolution {rays}, a pitch of {nearest}, would fit"),
         Spacing::Pitch(_) | Spacing::Tolerance(_) => {
-            format!("--pitch {pitch}, {rays} rays along the longest side, would fit")
+            format!("--pitch {above}, {rays} rays along the longest side, would fit")
         }
     }
 }
@@ -270,7 +272,7 @@ impl Images<'_> {
     }
 }
 
-/// Refuses more rays than an image can hold, and images that would not fit into memory; `way_out` is as in [`admit`].
+/// Refuses images that would not fit into memory; `way_out` is as in [`admit`].
 ///
 /// # Errors
 /// A machine error.
@@ -281,16 +283,8 @@ pub fn admit_images(
     limit: Limit,
     way_out: impl FnOnce(Option<f64>) -> String,
 ) -> Result<(), Error> {
-    let most = images.axes.iter().map(|&axis| rays_along(grid, axis)).max().unwrap_or(0);
-    if most >= u64::from(u32::MAX) {
-        return Err(Error::machine(format!(
-            "{most} rays along one axis (limit {}); lower --resolution or raise --pitch",
-            u32::MAX
-        )));
-    }
     let [x, y, z] = grid.rays();
-    let subject = format_args!("the images of {x} × {y} × {z} rays");
-    admit(&images.costs(grid, solids), limit, subject, way_out)
+    admit(&images.costs(grid, solids), limit, format_args!("the images of {x} × {y} × {z} rays"), way_out)
 }
 
 /// Returns the largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
@@ -313,7 +307,10 @@ pub fn admit_mesh(samples: u64, grid: &Grid, is_simplified: bool, limit: Limit) 
     let subject = format_args!("the {} triangles of a mesh of {samples} samples", 2 * samples);
     let otherwise = if is_simplified { "; --surface-error 0, the full mesh, takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {
-        Some(factor) => format!("{:.0} % of the --resolution would fit{otherwise}", (100.0 / factor).floor()),
+        Some(factor) => {
+            let [pitch, above] = [number(grid.pitch()), outwards([0.0, factor * grid.pitch()])[1].clone()];
+            format!("a pitch of {above} instead of {pitch} would fit{otherwise}")
+        }
         None => format!("no raster would fit; raise --memory{otherwise}"),
     })
 }
@@ -376,10 +373,10 @@ mod tests {
         ] {
             assert!(refusal.contains(words), "no `{words}` in: {refusal}");
         }
-        let words = "--pitch 0.1428571, 70 rays along the longest side, would fit";
         for spacing in [Spacing::Pitch(Length { value: 0.1, unit: None }), Spacing::Tolerance(0.01)] {
             let refusal = message(500_000_000, spacing);
-            assert!(refusal.ends_with(words), "{refusal}");
+            assert!(refusal.ends_with("--pitch 0.1428572, 70 rays along the longest side, would fit"), "{refusal}");
+            assert_eq!(Grid::with_pitch(bounds, 0.1428572, 1024).unwrap().rays()[0], 70);
         }
         let refusal = message(5_000_000, RAYS);
         assert!(refusal.contains("10 MB of it on any raster") && refusal.contains("no raster would fit"), "{refusal}");
@@ -425,5 +422,18 @@ mod tests {
         assert!(cube(VOLUME, proposed * 5 / 4, limit).1.is_err());
         // An operation that needs very little memory is always admitted.
         assert_eq!(cube(VOLUME, 100, Limit::Free(0)).1, Ok(()));
+    }
+
+    #[test]
+    fn meshes_are_refused_with_a_pitch_that_fits() {
+        let bounds = crate::mesh::Aabb { min: glam::DVec3::ZERO, max: glam::DVec3::ONE };
+        let grid = Grid::with_resolution(bounds, 100, 1024).unwrap();
+        let limit = Limit::Asked(machine::held_memory() + 200_000_000);
+        let refusal = admit_mesh(10_000_000, &grid, true, limit).unwrap_err().to_string();
+        let proposed =
+            refusal.split("a pitch of ").nth(1).and_then(|rest| rest.split(" instead of 0.01").next()).unwrap();
+        let fewer = 10_000_000.0 * (0.01 / proposed.parse::<f64>().unwrap()).powi(2);
+        assert_eq!(admit_mesh(fewer as u64, &grid, true, limit), Ok(()), "{refusal}");
+        assert!(refusal.ends_with("--surface-error 0, the full mesh, takes less"), "{refusal}");
     }
 }

@@ -1,5 +1,6 @@
 //! The command `clash`.
 
+use std::collections::BTreeMap;
 use std::fs;
 
 use crate::{Folder, assert_near, cube, cuboid, one_sided, read};
@@ -329,11 +330,15 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let overlaps = |flags: &[&str]| {
         let pairs = folder.run(&[&three[..], flags].concat()).code(1).json()["pairs"].as_array().unwrap().clone();
         let is_of_a = |pair: &&serde_json::Value| pair["a"] == "a.stl";
-        pairs.iter().filter(is_of_a).map(|pair| pair["overlap"]["volume"].clone()).collect::<Vec<_>>()
+        let volume_of = |pair: &serde_json::Value| (pair["b"].to_string(), pair["overlap"]["volume"].clone());
+        pairs.iter().filter(is_of_a).map(volume_of).collect::<BTreeMap<_, _>>()
     };
     for flags in [["--pitch", "0.02"], ["--tolerance", "0.05%"], ["--resolution", "300"]] {
-        let found = overlaps(&flags);
-        assert!(found.len() == 2 && found.contains(&volume(&flags)), "{found:?}");
+        let of_a_and_c =
+            folder.run(&[&["clash", "a.stl", "c.stl", "--unit", "mm", "--json", "-"], &flags[..]].concat());
+        let of_a_and_c = of_a_and_c.code(1).json()["pairs"][0]["overlap"]["volume"].clone();
+        let alone = [("b.stl", volume(&flags)), ("c.stl", of_a_and_c)];
+        assert_eq!(overlaps(&flags), alone.map(|(name, volume)| (format!("\"{name}\""), volume)).into(), "{flags:?}");
     }
     folder.run(&["clash", "a.stl", "rod.stl", "--pitch", "1mm"]).code(2).says(&["--pitch 1mm", "states no unit"]);
 }

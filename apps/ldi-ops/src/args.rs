@@ -494,7 +494,7 @@ pub struct SamplingArguments {
     pub device: DeviceArguments,
 }
 
-/// The raster, where it is not a resolution.
+/// Pitch or tolerance of the raster, instead of a resolution.
 #[derive(Debug, Args)]
 pub struct SpacingArguments {
     /// Distance between neighbouring rays, in file units or with a unit: 0.05mm

@@ -32,6 +32,25 @@ pub struct Comparison<'c> {
     fill_warnings: Vec<OnceLock<Option<Warning>>>,
 }
 
+/// How two parts meet, before the volume that they share is known.
+enum Meeting {
+    /// They share none.
+    Known(Relation),
+    /// They share a region.
+    Shares(Shared),
+}
+
+/// The region that two parts share.
+struct Shared {
+    region: Region,
+    /// The place of the part, in the pair, that lies wholly in the other.
+    whole: Option<usize>,
+    /// The largest gap or depth that counts as touching.
+    tolerance: f64,
+    /// What the pair is if its common volume may come from rounding.
+    touching: Relation,
+}
+
 /// The rounding of a coordinate, as a share of the largest: two units in the last place of a 32-bit number, once for each
 /// part.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / 2.0;
@@ -78,41 +97,64 @@ impl<'c> Comparison<'c> {
         progress.stage(format!("comparing {} pairs", self.pairs.len()))?;
         progress.expect(self.pairs.len())?;
         let room = Room { held: machine::held_memory(), limit: Limit::new(self.settings.memory), beside: 0 };
-        let compare = |parts: [usize; 2], beside: usize| -> Result<Option<ComparedPair>, Error> {
-            let Some((relation, warnings)) = self.relation(parts, Room { beside, ..room })? else {
-                return Ok(None);
-            };
+        let done = |parts, relation, warnings| -> Result<ComparedPair, Error> {
             progress.step()?;
-            Ok(Some(ComparedPair::new(parts, relation, warnings)))
+            Ok(ComparedPair::new(parts, relation, warnings))
         };
         let others = rayon::current_num_threads().min(self.pairs.len()).saturating_sub(1);
-        let at_once = self.pairs.par_iter().map(|&pair| compare(pair, others)).collect::<Result<Vec<_>, Error>>()?;
-        // Pairs too large to be compared beside others follow one after another.
-        let alone = |(found, &pair)| match found {
-            Some(found) => Ok(found),
-            None => compare(pair, 0).map(|found| found.expect("a pair alone is compared")),
+        let beside_others = |&pair: &[usize; 2]| -> Result<Result<ComparedPair, Shared>, Error> {
+            let shared = match self.meeting(pair) {
+                Meeting::Known(relation) => return Ok(Ok(done(pair, relation, Vec::new())?)),
+                Meeting::Shares(shared) => shared,
+            };
+            Ok(match self.overlapping(pair, &shared, Room { beside: others, ..room })? {
+                Some((relation, warnings)) => Ok(done(pair, relation, warnings)?),
+                None => Err(shared),
+            })
         };
-        at_once.into_iter().zip(self.pairs).map(alone).collect()
+        let compared = self.pairs.par_iter().map(beside_others).collect::<Result<Vec<_>, Error>>()?;
+        // Pairs whose volume does not fit beside others follow one after another.
+        let alone = |(compared, &pair): (Result<ComparedPair, Shared>, _)| match compared {
+            Ok(compared) => Ok(compared),
+            Err(shared) => {
+                let found = self.overlapping(pair, &shared, room)?;
+                let (relation, warnings) = found.expect("a pair alone has a volume");
+                done(pair, relation, warnings)
+            }
+        };
+        compared.into_iter().zip(self.pairs).map(alone).collect()
     }
 
-    /// Returns how two parts lie to one another, and warnings about their overlap; `None` if the common volume might not fit while
-    /// other pairs that take as much memory are compared.
-    fn relation(&self, [i, j]: [usize; 2], room: Room) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
+    /// Returns how two parts meet.
+    fn meeting(&self, [i, j]: [usize; 2]) -> Meeting {
         let [a, b] = [i, j].map(|part| self.bodies[part].as_ref().expect("the parts of the pairs have hierarchies"));
-        let solids = [&self.parts[i].solid, &self.parts[j].solid];
-        let tolerance = self.touching.unwrap_or_else(|| rounding(&solids.map(|solid| solid.bounds())));
+        let boxes = [i, j].map(|part| self.parts[part].solid.bounds());
+        let tolerance = self.touching.unwrap_or_else(|| rounding(&boxes));
         let found = nearest(a, b);
         let touching = Relation::Touching { distance: found.distance, points: found.points };
         let Held { any, whole } = if found.distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
         if !any {
             let separate = Relation::Separate { distance: found.distance, points: found.points };
-            return Ok(Some((if found.distance <= tolerance { touching } else { separate }, Vec::new())));
+            return Meeting::Known(if found.distance <= tolerance { touching } else { separate });
         }
-        let Some(shared) = region(a, b).filter(|shared| shared.depth_bound > tolerance) else {
-            return Ok(Some((touching, Vec::new())));
-        };
+        match region(a, b).filter(|region| region.depth_bound > tolerance) {
+            Some(region) => Meeting::Shares(Shared { region, whole, tolerance, touching }),
+            None => Meeting::Known(touching),
+        }
+    }
+
+    /// Returns how two parts lie to one another that share a region, and warnings about their overlap; `None` if the common volume
+    /// does not fit while other pairs that take as much memory are compared.
+    fn overlapping(
+        &self,
+        [i, j]: [usize; 2],
+        &Shared { region, whole, tolerance, touching }: &Shared,
+        room: Room,
+    ) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
+        let solids = [&self.parts[i].solid, &self.parts[j].solid];
         let names = [i, j].map(|part| self.parts[part].name.as_str());
-        let Some(found) = overlap(solids, names, shared.bounds, (self.settings, &self.backends), room)? else {
+        let Region { bounds, deepest, depth, depth_bound } = region;
+        let Some(found) = overlap(solids, names, bounds, (self.settings, &self.backends), room)? else {
             return Ok(None);
         };
         let Found { volume, with_meeting_shells, mut warnings } = found;
@@ -121,12 +163,11 @@ impl<'c> Comparison<'c> {
         }
         // A layer of the depth of touching, on the surface of the part that has less of it there.
         let layer = tolerance
-            * solids.map(|solid| area_within(solid.mesh(), &shared.bounds)).into_iter().fold(f64::INFINITY, f64::min);
-        let is_certain = shared.depth > tolerance || volume.lower > layer;
+            * solids.map(|solid| area_within(solid.mesh(), &bounds)).into_iter().fold(f64::INFINITY, f64::min);
+        let is_certain = depth > tolerance || volume.lower > layer;
         if !is_certain && volume.value <= layer {
             return Ok(Some((touching, warnings)));
         }
-        let Region { bounds, deepest, depth, depth_bound } = shared;
         let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
         Ok(Some((Relation::Overlapping(common), warnings)))
     }

@@ -47,7 +47,7 @@ pub enum OverlapMethod {
 /// has an entry for each of its rays, also where it is empty.
 const RAYS_OF_BOTH: f64 = 4.0;
 
-/// Largest resolution at which pairs are sampled side by side: 1024 rays along both parts, so that an image takes a few megabytes.
+/// Largest resolution at which pairs are sampled side by side: 1024 rays along both parts, so that the offsets of an image take 4 MB.
 const FEW_RAYS: u32 = 256;
 
 /// Voxels along a ray, which exact images do not have.
@@ -72,8 +72,8 @@ pub struct Room {
     pub beside: usize,
 }
 
-/// Returns the volume that two parts share: exactly, or from images where a part is not oriented or there is no room. Returns `None`
-/// if the volume might not fit while other pairs that take as much memory are compared, or has to be sampled with no other beside it.
+/// Returns the volume that two parts share: exactly, or from images where a part is not oriented or there is no room. Returns
+/// `None` if it does not fit beside other pairs that take as much memory, or has to be sampled with no other beside it.
 ///
 /// # Errors
 /// Parts that no lattice holds at the spacing of the settings, and images that do not fit into memory.
@@ -109,12 +109,15 @@ pub fn overlap(
             Ok(Some(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() }))
         }
         Err(_) if room.beside > 0 && is_sampled_alone(settings) => Ok(None),
-        Err(_) => sampled(parts, names, common, expression, (settings, backends)).map(Some),
+        Err(_) => match sampled(parts, names, common, expression, (settings, backends)) {
+            Err(Error::Machine(_)) if room.beside > 0 => Ok(None),
+            found => found.map(Some),
+        },
     }
 }
 
-/// Returns whether a pair is sampled with no other beside it: a GPU makes one image at a time, on which all threads wait, and images
-/// of a pitch, of a tolerance or of many rays may take all of the memory.
+/// Returns whether a pair is sampled with no other beside it: a GPU makes one image at a time, on which all threads wait, and
+/// images of a pitch, of a tolerance or of many rays may take all of the memory.
 fn is_sampled_alone(settings: &Settings) -> bool {
     let has_small_images = matches!(settings.spacing, Spacing::Resolution(rays) if rays <= FEW_RAYS);
     matches!(settings.backend, Backend::Gpu(_)) || !has_small_images
@@ -176,4 +179,76 @@ fn sampled(
     };
     let warnings = measured.warnings.into_iter().filter_map(about_overlap).collect();
     Ok(Found { volume, with_meeting_shells: Vec::new(), warnings })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::Unit;
+    use crate::driver::clash::requirements;
+    use crate::driver::clash::rules::Rules;
+    use crate::driver::input::solid_of_mesh;
+    use crate::mesh::TriangleMesh;
+    use crate::sampler::FillRule;
+    use crate::testing::meshes::cube;
+
+    /// Returns a closed surface with one side, whose triangles no turning orients: it has no exact volume.
+    fn one_sided() -> TriangleMesh {
+        let positions =
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.0, 0.0], [0.0, 0.1, 1.0], [1.0, 0.9, 0.3], [0.3, 1.0, 1.0]];
+        let triangles = [
+            [0, 1, 4],
+            [0, 1, 5],
+            [0, 2, 3],
+            [0, 2, 5],
+            [0, 3, 4],
+            [1, 2, 3],
+            [1, 2, 4],
+            [1, 3, 5],
+            [2, 4, 5],
+            [3, 4, 5],
+        ];
+        TriangleMesh { positions: positions.map(DVec3::from).to_vec(), triangles: triangles.to_vec() }
+    }
+
+    /// Returns the common volume of a cube and a surface with one side, with other pairs beside it.
+    fn found(spacing: Spacing<Length>, limit: Limit, beside: usize) -> Result<Option<Found>, Error> {
+        let settings = Settings {
+            fill: FillRule::EvenOdd,
+            clearance: None,
+            touching: None,
+            spacing,
+            backend: Backend::Cpu,
+            rules: Rules::default(),
+            memory: limit.bytes(),
+        };
+        let requirements = requirements(Some(Unit::Millimetre), settings.fill);
+        let solid = |mesh, name| solid_of_mesh(mesh, Path::new(name), requirements).unwrap();
+        let [a, b] = [solid(cube(DVec3::ZERO, 2.0), "a"), solid(one_sided(), "b")];
+        let backends = Backends::open(&settings.backend).unwrap();
+        overlap([&a, &b], ["a", "b"], b.bounds(), (&settings, &backends), Room { held: 0, limit, beside })
+    }
+
+    #[test]
+    fn images_that_may_be_large_wait_for_other_pairs() {
+        let pitch = Spacing::Pitch(Length { value: 0.1, unit: None });
+        for spacing in [pitch, Spacing::Tolerance(0.1), Spacing::Resolution(FEW_RAYS + 1)] {
+            assert!(found(spacing, Limit::Unknown, 1).unwrap().is_none(), "{spacing:?}");
+            let alone = found(spacing, Limit::Unknown, 0).unwrap().unwrap();
+            assert_eq!(alone.volume.method, OverlapMethod::Estimate);
+        }
+        assert!(found(Spacing::Resolution(FEW_RAYS), Limit::Unknown, 1).unwrap().is_some());
+    }
+
+    #[test]
+    fn images_without_room_wait_for_other_pairs_and_are_refused_alone() {
+        let few = Spacing::Resolution(FEW_RAYS);
+        assert!(found(few, Limit::Asked(1000), 1).unwrap().is_none());
+        let refusal = found(few, Limit::Asked(1000), 0).err().unwrap().to_string();
+        assert!(refusal.starts_with("a and b: the images of "), "{refusal}");
+    }
 }

@@ -4,6 +4,7 @@ use super::Shells;
 use crate::Error;
 use crate::boolean::{BooleanOperation, merge};
 use crate::driver::input::Solid;
+use crate::driver::job::Spacing;
 use crate::driver::machine;
 use crate::driver::memory::{self, Cost, Limit};
 use crate::driver::raster;
@@ -58,8 +59,13 @@ impl Subject<'_> {
             let [solid, roi] = [self.solid, roi].map(|solid| number(solid.bounds().extent().max_element()));
             format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
         });
+        // A pitch of seven digits does not divide the sides of a period.
+        let requested = match settings.edges {
+            BoundaryCondition::Periodic => Spacing::Resolution(x.max(y).max(z)),
+            _ => settings.spacing,
+        };
         let way_out = |factor| {
-            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid, settings.spacing);
+            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid, requested);
             advice + &sizes.unwrap_or_default()
         };
         let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };

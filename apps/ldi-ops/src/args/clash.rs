@@ -66,7 +66,8 @@ pub struct ComparisonArguments {
     /// rounding of 32-bit coordinates]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
-    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact [default: 128]
+    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact, as are --pitch and
+    /// --tolerance [default: 128]
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
     #[command(flatten)]
@@ -76,7 +77,7 @@ pub struct ComparisonArguments {
     #[command(flatten)]
     pub backend: BackendArguments,
     /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, exact common volumes that do are estimated from
-    /// images, and images that do are refused with a pitch that fits [default: 80 % of free memory]
+    /// images, and images that do are refused; a --tolerance stops at the finest images that fit [default: 80 % of free memory]
     #[arg(long, value_name = "SIZE")]
     pub memory: Option<MemorySize>,
 }

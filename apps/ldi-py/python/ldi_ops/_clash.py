@@ -61,8 +61,8 @@ def clash(
     `executor` is any `concurrent.futures.Executor`: a `ProcessPoolExecutor` whose `mp_context` is spawn, or Dask's
     `client.get_executor()`. Then each part is a path, and its workers must see the files: each compares the pairs of some tiles of
     the assembly, and reads the parts of a tile once. Each worker uses `threads` threads, by default the processors divided by the
-    workers. The result depends on their number only where the memory limit of a worker, by default 80 % of the free memory, does not
-    allow a volume to be exact, a `tolerance` to be reached or a `pitch` to be sampled.
+    workers. The result does not depend on the number of workers unless memory is short: then a volume may be estimated instead of
+    exact, a `tolerance` missed, or images refused. The limit of a worker is 80 % of the free memory by default.
     """
     if not isinstance(parts, Mapping):
         raise TypeError(f"parts is a dict of names and solids, not a {type(parts).__name__}")
