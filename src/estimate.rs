@@ -82,9 +82,12 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
         let digits = digits.max(0) as usize;
         return (format!("{value:.digits$}"), format!("{error:.digits$}"));
     }
-    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
-    let significant = (magnitude + digits).clamp(1, 8) as usize;
-    (format!("{value:.significant$e}"), format!("{error:.1e}"))
+    let error = format!("{error:.1e}");
+    if value == 0.0 {
+        return ("0".to_owned(), error);
+    }
+    let significant = (value.abs().log10().floor() as i32 + digits).clamp(1, 8) as usize;
+    (format!("{value:.significant$e}"), error)
 }
 
 /// Returns two bounds with the digits that their distance makes significant: the lower one rounded down, the upper one up.
@@ -126,6 +129,7 @@ mod tests {
         assert_eq!(written(8.0, 0.0), "8 ± 0");
         assert_eq!(written(27.0, 8.9e-16), "27 ± 0");
         assert_eq!(written(0.0, 0.0), "0 ± 0");
+        assert_eq!(written(0.0, 1.4e-5), "0 ± 1.4e-5");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
     }
 

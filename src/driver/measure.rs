@@ -185,6 +185,7 @@ pub fn measure(
         volume,
         certified,
         grid,
+        requested: job.spacing,
         layers: round.as_ref().map_or([None; 3], |round| round.layers),
         samples: round.as_ref().map_or(0, |round| round.samples),
         unclosed: round.iter().flat_map(|round| &round.unclosed).map(|(_, rays)| rays).sum(),

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::backend::Ran;
 use super::certainty::Certified;
 use super::input::Solid;
-use super::job::{Content, ImageTarget, SumOperation};
+use super::job::{Content, ImageTarget, Spacing, SumOperation};
 use super::sum::BetweenRays;
 use super::surface::{self, Exact, Imaged, SurfaceReport};
 use super::write;
@@ -19,6 +19,7 @@ use crate::exact::NotExact;
 use crate::grid::Grid;
 use crate::integrate::VolumeEstimate;
 use crate::ldi::Ldi;
+use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::minkowski::{CullCounts, ResolveCounts};
 use crate::number::{number, outwards};
@@ -44,6 +45,8 @@ pub struct Measured {
     pub certified: Certified,
     /// The raster.
     pub grid: Grid,
+    /// The requested spacing, from which the raster follows.
+    pub requested: Spacing<Length>,
     /// The most samples on a ray along x, y and z; `None` for axes that were not sampled.
     pub layers: [Option<u32>; 3],
     /// The number of samples on all axes.
@@ -329,51 +332,60 @@ impl Measured {
 
     /// Adds warnings about numbers that are imprecise or not finite.
     pub(crate) fn add_warnings(&mut self) {
-        self.warnings.extend(imprecise(self));
+        self.warnings.extend(self.imprecise());
         self.warnings.extend(not_finite(self));
+    }
+
+    /// Returns a warning if there are too few rays for the volume, as for a solid that is thin compared with the pitch.
+    pub(in crate::driver) fn imprecise(&self) -> Option<Warning> {
+        let Volume { value, error, possible: [least, greatest], .. } = self.volume;
+        // An empty sum has a warning of its own.
+        if self.warnings.iter().any(|warning| warning.code == "empty") {
+            return None;
+        }
+        let finer = match self.requested {
+            Spacing::Pitch(_) => "lower --pitch",
+            Spacing::Resolution(_) | Spacing::Tolerance(_) => "raise --resolution",
+        };
+        if self.volume.is_unresolved() {
+            let unit = unit::suffix(self.unit, 3);
+            let [least, greatest] = outwards([least, greatest]);
+            let rays = if self.samples == 0 { "no ray meets the result" } else { "too few rays meet the result" };
+            let message = format!(
+                "{rays} at a pitch of {}: its volume is at least {least} and at most {greatest}{unit}; {finer} to resolve it",
+                unit::rounded(self.grid.pitch(), self.unit),
+            );
+            return Some(Warning::new(NOT_RESOLVED, message));
+        }
+        let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
+        let message = || {
+            if self.volume.method == Method::Exact {
+                let ([_, most], unit) = (outwards([0.0, value + error]), unit::suffix(self.unit, 3));
+                return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
+            }
+            format!(
+                "the volume may be off by {much}: too few rays meet the solid at a pitch of {}; {finer} or set --tolerance",
+                unit::rounded(self.grid.pitch(), self.unit)
+            )
+        };
+        // A refinement has said what it came to.
+        if self.refinement.is_some() && self.volume.method != Method::Exact {
+            return None;
+        }
+        // Equal solids differ by nothing but the rounding of their volumes.
+        let is_nothing = self.volume.method == Method::Exact && value <= error;
+        (error > IMPRECISE_ABOVE * value && !is_nothing).then(|| Warning::new(IMPRECISE, message()))
     }
 }
 
 /// Estimated error, as a share of the volume, above which there is a warning.
-const IMPRECISE: f64 = 0.1;
+const IMPRECISE_ABOVE: f64 = 0.1;
 
-/// Returns a warning if there are too few rays for the volume, as for a solid that is thin compared with the pitch.
-fn imprecise(measured: &Measured) -> Option<Warning> {
-    let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
-    // An empty sum has a warning of its own.
-    if measured.warnings.iter().any(|warning| warning.code == "empty") {
-        return None;
-    }
-    if measured.volume.is_unresolved() {
-        let unit = unit::suffix(measured.unit, 3);
-        let [least, greatest] = outwards([least, greatest]);
-        let rays = if measured.samples == 0 { "no ray meets the result" } else { "too few rays meet the result" };
-        let message = format!(
-            "{rays} at a pitch of {}: its volume is at least {least} and at most {greatest}{unit}; raise \
-             --resolution to resolve it",
-            unit::rounded(measured.grid.pitch(), measured.unit),
-        );
-        return Some(Warning::new("not-resolved", message));
-    }
-    let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
-    let message = || {
-        if measured.volume.method == Method::Exact {
-            let ([_, most], unit) = (outwards([0.0, value + error]), unit::suffix(measured.unit, 3));
-            return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
-        }
-        format!(
-            "the volume may be off by {much}: too few rays meet the solid at a pitch of {}; raise --resolution or set --tolerance",
-            unit::rounded(measured.grid.pitch(), measured.unit)
-        )
-    };
-    // A refinement has said what it came to.
-    if measured.refinement.is_some() && measured.volume.method != Method::Exact {
-        return None;
-    }
-    // Equal solids differ by nothing but the rounding of their volumes.
-    let is_nothing = measured.volume.method == Method::Exact && value <= error;
-    (error > IMPRECISE * value && !is_nothing).then(|| Warning::new("imprecise", message()))
-}
+/// The code of the warning about a volume that may be off by more, as there are too few rays.
+pub const IMPRECISE: &str = "imprecise";
+
+/// The code of the warning about a volume that no ray meets.
+pub const NOT_RESOLVED: &str = "not-resolved";
 
 /// Returns a warning that names the results that are not finite, which are null in JSON.
 fn not_finite(measured: &Measured) -> Option<Warning> {

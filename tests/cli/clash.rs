@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use crate::{Folder, assert_near, cube, cuboid, one_sided, read};
+use crate::{Folder, assert_near, cube, cuboid, one_sided, read, warning_codes};
 
 /// Writes a cube of side 2, one that overlaps it by 1, one that touches it, one 0.25 away, and one far away.
 fn with_parts() -> Folder {
@@ -302,7 +302,18 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     let run = folder.run(&["clash", "a.stl", "rod.stl", "--unit", "mm", "--json", "-"]).code(1);
     let pair = &run.json()["pairs"][0];
     assert_eq!((&pair["finding"], &pair["overlap"]["certain"]), (&"overlap".into(), &true.into()), "{pair}");
-    assert_eq!(pair["overlap"]["volume"]["value"], 0.0);
+    let [lower, value, upper] = ["lower", "value", "upper"].map(|key| pair["overlap"]["volume"][key].as_f64().unwrap());
+    assert_eq!([lower, value], [0.0; 2]);
+    // The box around the overlap.
+    assert_near(upper, 0.01 * 0.01 * 0.275, 1e-12);
+    assert!(warning_codes(&run.json()).contains(&"not-resolved"));
+    run.warns(&["a.stl and rod.stl: no ray meets the result at a pitch of", "at most 0.0000275"]);
+    let text = folder.run(&["clash", "a.stl", "rod.stl", "--unit", "mm"]).stdout();
+    assert!(text.contains(" 0 ± 2.8e-5 mm³, 0.01 mm deep"), "{text}");
+    // A few rays leave a volume of which the error is a large share.
+    let coarse = folder.run(&[&["clash"], &files[..], &["--pitch", "0.5", "--json", "-"]].concat()).code(1);
+    assert!(warning_codes(&coarse.json()).contains(&"imprecise"));
+    coarse.warns(&["a.stl and b.stl: the volume may be off by", "; lower --pitch or set --tolerance"]);
 
     let rod = ["clash", "a.stl", "rod.stl", "--unit", "mm"];
     let found = folder.run(&[&rod[..], &["--tolerance", "1%", "--json", "-"]].concat()).code(1).json();

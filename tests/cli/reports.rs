@@ -263,6 +263,16 @@ fn impossible_reports_are_refused_before_measuring() {
     refused(&["open.stl", "-o", "out"], "not closed");
     refused(&["odd.stl", "-o", "out", "--edges", "periodic", "--resolution", "10"], "whole numbers of pitches");
     refused(&["a.stl", "--roi", "b.stl", "-o", "out", "--edges", "periodic"], "--roi");
+    // What is advised for a period has sides of whole numbers of pitches.
+    folder.stl("cell.stl", &cuboid([0.0; 3], [3.0, 2.0, 1.0]));
+    let periodic = |rays: &str| {
+        let flags = ["--unit", "mm", "--edges", "periodic", "--resolution", rays, "--memory", "40M"];
+        folder.run(&[&["report", "cell.stl"], &flags[..]].concat())
+    };
+    let refusal = periodic("300").code(3).stderr();
+    let advised = refusal.split("--resolution ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+    assert!((30..300).contains(&advised.parse::<u32>().unwrap()), "{refusal}");
+    periodic(advised).code(0);
     refused(&["a.stl", "b.stl", "--compare", "a.stl", "-o", "out"], "--compare");
     refused(&["a.stl", "-o", "out", "--kozeny", "0"], "--kozeny");
     refused(&["a.stl", "-o", "out", "--overhang-angle", "91"], "--overhang-angle");

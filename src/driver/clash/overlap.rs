@@ -8,6 +8,7 @@ use crate::driver::exact_cost;
 use crate::driver::input::Solid;
 use crate::driver::job::{Backend, Boolean, Keep, MeasureJob, Measurement, Openness, Spacing, VolumeMethod, Wording};
 use crate::driver::measure::measure;
+use crate::driver::measured::{IMPRECISE, NOT_RESOLVED, Volume};
 use crate::driver::memory::{self, Limit};
 use crate::driver::raster;
 use crate::driver::refine::TOLERANCE_NOT_REACHED;
@@ -31,6 +32,13 @@ pub struct Overlap {
     pub upper: f64,
     /// The method.
     pub method: OverlapMethod,
+}
+
+impl Overlap {
+    /// Returns the distance of the value from the farther end of its range.
+    pub fn error(&self) -> f64 {
+        (self.value - self.lower).max(self.upper - self.value)
+    }
 }
 
 /// The method of a volume.
@@ -68,7 +76,8 @@ pub struct Room {
     /// The bytes that the process held before the comparison.
     pub held: u64,
     pub limit: Limit,
-    /// The number of other pairs that are compared at the same time.
+    /// The number of other pairs that are compared at the same time. The forecast of an exact volume allows for as much memory for
+    /// each; images are admitted by what the process holds when they are made.
     pub beside: usize,
 }
 
@@ -163,18 +172,22 @@ fn sampled(
         certainty: Certainty::default(),
         keep: Keep::Sums,
     };
-    let measured = measure(&job, solids, backends, &Monitor::new(None)).map_err(|error| match error {
+    let mut measured = measure(&job, solids, backends, &Monitor::new(None)).map_err(|error| match error {
         Error::Machine(why) => Error::machine(format!("{}: {why}", pair())),
         other => other,
     })?;
     // The corners of the common box are rounded, but by less than an estimate errs.
-    let most = common.extent().element_product();
-    let value = measured.volume.value.min(most);
-    let (lower, upper) = ((value - measured.volume.error).max(0.0), (value + measured.volume.error).min(most));
+    measured.volume.narrow([0.0, common.extent().element_product()]);
+    let Volume { value, error, possible: [least, greatest], .. } = measured.volume;
+    let (lower, upper) = ((value - error).max(least), (value + error).min(greatest));
     let volume = Overlap { value, lower, upper, method: OverlapMethod::Estimate };
+    measured.requested = settings.spacing;
+    measured.warnings.extend(measured.imprecise());
     let about_overlap = |warning: Warning| match warning.code {
         "fill-rules-differ" => Some(warning),
-        TOLERANCE_NOT_REACHED => Some(Warning::new(warning.code, format!("{}: {}", pair(), warning.message))),
+        IMPRECISE | NOT_RESOLVED | TOLERANCE_NOT_REACHED => {
+            Some(Warning::new(warning.code, format!("{}: {}", pair(), warning.message)))
+        }
         _ => None,
     };
     let warnings = measured.warnings.into_iter().filter_map(about_overlap).collect();

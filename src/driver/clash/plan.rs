@@ -9,6 +9,7 @@ use super::compare::{self, Comparison};
 use super::rules::{self, Limits};
 use super::{ClashSeconds, Clashes, Pair, Part, Relation, Settings};
 use crate::clash::{near_pairs, tiles};
+use crate::driver::measured::{IMPRECISE, NOT_RESOLVED};
 use crate::driver::refine::TOLERANCE_NOT_REACHED;
 use crate::mesh::{Aabb, LengthUnit};
 use crate::progress::Monitor;
@@ -64,7 +65,8 @@ pub struct ComparedPair {
 }
 
 /// The codes of the warnings about an overlap.
-const WARNINGS: [&str; 3] = ["exact-volume-memory", "fill-rules-differ", TOLERANCE_NOT_REACHED];
+const WARNINGS: [&str; 5] =
+    ["exact-volume-memory", "fill-rules-differ", IMPRECISE, NOT_RESOLVED, TOLERANCE_NOT_REACHED];
 
 impl ComparedPair {
     pub(super) fn new(parts: [usize; 2], relation: Relation, warnings: Vec<Warning>) -> ComparedPair {

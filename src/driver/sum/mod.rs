@@ -180,6 +180,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         volume,
         certified,
         grid,
+        requested: job.spacing,
         layers,
         samples: volume_sums.iter().map(|volume_sums| volume_sums.samples()).sum(),
         unclosed: 0,

@@ -2,7 +2,7 @@
 
 use super::aggregate::{Aggregates, Cells};
 use super::operator::{Coarse, Operator};
-use super::sums::{dot, each};
+use super::sums::{each, each_summing};
 
 /// Upper bound of the eigenvalues of D⁻¹A, from its rows of conductances (Gershgorin).
 const LARGEST: f32 = 2.0;
@@ -73,28 +73,37 @@ impl Level {
         (level, coarser)
     }
 
-    /// Solves for `right` by one or two steps of conjugate gradients, each preconditioned by a cycle; the result is in `first`.
-    fn solve(&mut self, below: &mut [Level]) {
+    /// Solves for `right`, whose square is `before`, by one or two steps of conjugate gradients, each preconditioned by a cycle;
+    /// the result is in `first`.
+    fn solve(&mut self, before: f64, below: &mut [Level]) {
         let Level { operator, smoothing, right, first, second, image, next_image, .. } = self;
         if below.is_empty() {
             each(first, |i, x| *x = operator.inverse(i) * right[i]);
             return;
         }
         cycle(operator, smoothing, below, right, first);
-        each(image, |i, y| *y = operator.row(i, first));
-        let (energy, work, before) = (dot(first, image), dot(first, right), dot(right, right));
+        let product = |a: f32, b: f32| f64::from(a) * f64::from(b);
+        let [energy, work] = each_summing(image, |i, y| {
+            *y = operator.row(i, first);
+            [product(first[i], *y), product(first[i], right[i])]
+        });
         if energy <= 0.0 {
             return;
         }
         let step = work / energy;
-        each(right, |i, r| *r -= step as f32 * image[i]);
-        if dot(right, right) <= ENOUGH * ENOUGH * before {
+        let [left] = each_summing(right, |i, r| {
+            *r -= step as f32 * image[i];
+            [product(*r, *r)]
+        });
+        if left <= ENOUGH * ENOUGH * before {
             each(first, |_, x| *x *= step as f32);
             return;
         }
         cycle(operator, smoothing, below, right, second);
-        each(next_image, |i, y| *y = operator.row(i, second));
-        let (mixed, next_energy, next_work) = (dot(second, image), dot(second, next_image), dot(second, right));
+        let [mixed, next_energy, next_work] = each_summing(next_image, |i, y| {
+            *y = operator.row(i, second);
+            [product(second[i], image[i]), product(second[i], *y), product(second[i], right[i])]
+        });
         let conjugate = next_energy - mixed * mixed / energy;
         if conjugate <= 0.0 {
             each(first, |_, x| *x *= step as f32);
@@ -113,10 +122,13 @@ fn cycle(operator: &impl Operator, smoothing: &mut Smoothing, below: &mut [Level
         return;
     };
     smoothing.begin(operator, right, x);
-    let (residual, Level { from, right: coarse, .. }) = (&mut smoothing.scratch, &mut *level);
-    each(residual, |i, r| *r = right[i] - operator.row(i, x));
-    each(coarse, |i, sum| *sum = from.members(i).iter().map(|&member| residual[member as usize]).sum());
-    level.solve(below);
+    let Level { from, right: coarse, .. } = &mut *level;
+    let residual = |member: &u32| right[*member as usize] - operator.row(*member as usize, x);
+    let [square] = each_summing(coarse, |i, sum| {
+        *sum = from.members(i).iter().map(residual).sum();
+        [f64::from(*sum) * f64::from(*sum)]
+    });
+    level.solve(square, below);
     each(x, |i, x| *x += level.first[level.from.of[i] as usize]);
     smoothing.go_on(operator, right, x);
 }

@@ -53,7 +53,7 @@ pub enum TortuosityError {
         least: usize,
     },
     /// A tolerance that cannot be reached or is too large.
-    #[error("the tolerance {tolerance:e} of the residual is outside {least:e} to {most:e}")]
+    #[error("the tolerance {tolerance:e} of diffusion is outside {least:e} to {most:e}")]
     Tolerance {
         /// The requested tolerance.
         tolerance: f64,
@@ -62,15 +62,15 @@ pub enum TortuosityError {
         /// The greatest useful tolerance.
         most: f64,
     },
-    /// The residual stayed too large.
+    /// The error stayed too large.
     #[error(
-        "no convergence after {iterations} iterations: the relative residual is {residual:e}, the tolerance {tolerance:e}"
+        "no convergence after {iterations} iterations: the relative error is {error:e}, the tolerance {tolerance:e}"
     )]
     NotConverged {
         /// The limit of iterations.
         iterations: usize,
-        /// The norm of the residual over that of the right-hand side.
-        residual: f64,
+        /// The estimated error of the diffusivity, over itself.
+        error: f64,
         /// The requested tolerance.
         tolerance: f64,
     },

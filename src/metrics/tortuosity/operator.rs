@@ -2,6 +2,8 @@
 
 use std::ops::{AddAssign, Mul, Sub};
 
+use crate::parallel::*;
+
 /// The element type of vectors: f32 in the multigrid, f64 outside it.
 pub(super) trait Real:
     Copy + From<f32> + AddAssign + Sub<Output = Self> + Mul<Output = Self> + Send + Sync
@@ -40,11 +42,11 @@ pub(super) struct Fine {
 
 impl Fine {
     pub fn new(neighbours: Vec<[u32; 6]>, ends: Vec<[f32; 2]>) -> Fine {
-        let inverses = neighbours.iter().zip(&ends).enumerate().map(|(row, (around, ends))| {
+        let inverse = |(row, (around, ends)): (usize, (&[u32; 6], &[f32; 2]))| {
             let degree = around.iter().filter(|&&other| other as usize != row).count();
             1.0 / (degree as f32 + ends[0] + ends[1])
-        });
-        let inverses = inverses.collect();
+        };
+        let inverses = neighbours.par_iter().zip(&ends).enumerate().with_min_len(1 << 12).map(inverse).collect();
         Fine { neighbours, ends, inverses }
     }
 }
@@ -54,7 +56,7 @@ impl Operator for Fine {
         self.neighbours.len()
     }
 
-    #[inline]
+    #[inline(always)]
     fn row<T: Real>(&self, row: usize, x: &[T]) -> T {
         let here = x[row];
         let mut sum = T::from(self.end(row)) * here;
@@ -64,7 +66,7 @@ impl Operator for Fine {
         sum
     }
 
-    #[inline]
+    #[inline(always)]
     fn inverse(&self, row: usize) -> f32 {
         self.inverses[row]
     }
@@ -74,7 +76,7 @@ impl Operator for Fine {
         self.neighbours[row].iter().filter(|&&other| other as usize != row).for_each(|&other| visit(other, 1.0));
     }
 
-    #[inline]
+    #[inline(always)]
     fn end(&self, row: usize) -> f32 {
         self.ends[row][0] + self.ends[row][1]
     }
@@ -102,7 +104,7 @@ impl Operator for Coarse {
         self.ends.len()
     }
 
-    #[inline]
+    #[inline(always)]
     fn row<T: Real>(&self, row: usize, x: &[T]) -> T {
         let here = x[row];
         let mut sum = T::from(self.ends[row]) * here;
@@ -113,7 +115,7 @@ impl Operator for Coarse {
         sum
     }
 
-    #[inline]
+    #[inline(always)]
     fn inverse(&self, row: usize) -> f32 {
         self.inverses[row]
     }
@@ -124,7 +126,7 @@ impl Operator for Coarse {
         self.others[range.clone()].iter().zip(&self.conductances[range]).for_each(|(&other, &g)| visit(other, g));
     }
 
-    #[inline]
+    #[inline(always)]
     fn end(&self, row: usize) -> f32 {
         self.ends[row]
     }

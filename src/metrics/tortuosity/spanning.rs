@@ -2,31 +2,33 @@
 
 use super::geodesic::plane;
 use crate::grid::Axis;
+use crate::metrics::components::{Components, Connectivity};
 use crate::metrics::{BoundaryCondition, NodeSet};
 
 /// Returns the nodes of all 6-connected pieces of a set that reach from the first plane across an axis to the last.
 pub(super) fn spanning(nodes: &NodeSet, axis: Axis, edges: BoundaryCondition) -> NodeSet {
-    let last = nodes.size()[axis.depth()] - 1;
-    let from_near = connected(nodes, axis, 0, edges);
-    connected(&from_near, axis, last, edges)
+    if edges != BoundaryCondition::Periodic {
+        return spanning_within(nodes, nodes.size(), axis, edges);
+    }
+    // An empty plane beyond the last parts the ends, which are no neighbours, while all other faces are.
+    let (size, depth) = (nodes.size(), axis.depth());
+    let mut longer = size;
+    longer[depth] += 1;
+    let parted = NodeSet::from_fn(longer, |node| node[depth] < size[depth] && nodes.contains(node));
+    let found = spanning_within(&parted, size, axis, edges);
+    NodeSet::from_fn(size, |node| found.contains(node))
 }
 
-/// Returns the nodes that 6-neighbours connect with those of a plane.
-fn connected(nodes: &NodeSet, axis: Axis, at: usize, edges: BoundaryCondition) -> NodeSet {
-    let mut met = NodeSet::empty(nodes.size());
-    let mut waiting: Vec<[u32; 3]> = Vec::new();
-    let mut meet = |node: [usize; 3], waiting: &mut Vec<[u32; 3]>| {
-        if nodes.contains(node) && !met.contains(node) {
-            met.insert(node);
-            waiting.push(node.map(|c| c as u32));
-        }
-    };
-    plane(nodes.size(), axis, at).for_each(|node| meet(node, &mut waiting));
-    while let Some(node) = waiting.pop() {
-        let node = node.map(|c| c as usize);
-        around(nodes.size(), axis, edges, node).into_iter().flatten().for_each(|other| meet(other, &mut waiting));
+/// Returns the nodes of all pieces of a set that have nodes in the first and the last plane of a raster of that size.
+fn spanning_within(nodes: &NodeSet, size: [usize; 3], axis: Axis, edges: BoundaryCondition) -> NodeSet {
+    let pieces = Components::of(nodes, Connectivity::Faces, edges);
+    let mut ends = vec![[false; 2]; pieces.count()];
+    for (end, at) in [0, size[axis.depth()] - 1].into_iter().enumerate() {
+        plane(size, axis, at)
+            .filter_map(|node| pieces.piece_of(node))
+            .for_each(|piece| ends[piece as usize][end] = true);
     }
-    met
+    pieces.nodes(|piece| ends[piece as usize] == [true; 2])
 }
 
 /// Returns the 6-neighbours of a node: below and above along x, y and z. Neighbours across the lateral faces of the raster

@@ -28,12 +28,28 @@ where
 
 /// Sets or changes each element, by its index.
 pub(super) fn each<T: Send>(values: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
-    if values.len() <= CHUNK {
-        values.iter_mut().enumerate().for_each(|(i, value)| change(i, value));
-        return;
-    }
-    values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
-        checkpoint();
-        values.iter_mut().enumerate().for_each(|(i, value)| change(chunk * CHUNK + i, value));
+    let [] = each_summing(values, |i, value| {
+        change(i, value);
+        []
     });
+}
+
+/// Sets or changes each element, by its index, and returns the sums of the terms that `change` returns.
+pub(super) fn each_summing<T: Send, const N: usize>(
+    values: &mut [T],
+    change: impl Fn(usize, &mut T) -> [f64; N] + Sync,
+) -> [f64; N] {
+    let add = |sums: [f64; N], terms: [f64; N]| std::array::from_fn(|k| sums[k] + terms[k]);
+    let of_chunk = |chunk: usize, values: &mut [T]| {
+        let terms = values.iter_mut().enumerate().map(|(i, value)| change(chunk * CHUNK + i, value));
+        terms.fold([0.0; N], add)
+    };
+    if values.len() <= CHUNK {
+        return of_chunk(0, values);
+    }
+    let chunks = values.par_chunks_mut(CHUNK).enumerate().map(|(chunk, values)| {
+        checkpoint();
+        of_chunk(chunk, values)
+    });
+    chunks.collect::<Vec<_>>().into_iter().fold([0.0; N], add)
 }

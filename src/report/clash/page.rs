@@ -188,7 +188,7 @@ fn row<'c>(clashes: &'c Clashes, rank: usize, pair: &Pair) -> Row<'c> {
     let volume = match common {
         Some(common) => {
             let volume = common.volume;
-            let error = (volume.method == OverlapMethod::Estimate).then_some(0.5 * (volume.upper - volume.lower));
+            let error = (volume.method == OverlapMethod::Estimate).then(|| volume.error());
             let unit = Quantity::Length(3).of(clashes.unit);
             let text = words::with_error(volume.value, error, &unit);
             Value { text, key: format!("{:e}", volume.value) }

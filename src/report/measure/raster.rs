@@ -1,5 +1,7 @@
 //! The raster of a report, and the exact images on it.
 
+use glam::DVec3;
+
 use super::Shells;
 use crate::Error;
 use crate::boolean::{BooleanOperation, merge};
@@ -32,6 +34,12 @@ pub struct Subject<'s> {
     pub roi: Option<&'s Solid>,
 }
 
+/// Returns the first axis along which a side is no whole number of pitches.
+fn not_whole(extent: DVec3, pitch: f64) -> Option<Axis> {
+    let pitches = |axis: &Axis| extent[axis.depth()] / pitch;
+    Axis::ALL.into_iter().find(|axis| (pitches(axis) - pitches(axis).round()).abs() > 1e-6)
+}
+
 impl Subject<'_> {
     /// Returns a grid whose pitch follows from the region and which contains solid and region.
     pub fn grid(&self, settings: &Settings) -> Result<Grid, Error> {
@@ -59,13 +67,22 @@ impl Subject<'_> {
             let [solid, roi] = [self.solid, roi].map(|solid| number(solid.bounds().extent().max_element()));
             format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
         });
-        // A pitch of seven digits does not divide the sides of a period.
-        let requested = match settings.edges {
-            BoundaryCondition::Periodic => Spacing::Resolution(x.max(y).max(z)),
-            _ => settings.spacing,
-        };
-        let way_out = |factor| {
-            let advice = memory::coarser(factor, region.bounds().extent().max_element(), grid, requested);
+        let extent = region.bounds().extent();
+        let longest = extent.max_element();
+        let way_out = |factor: Option<f64>| {
+            let advice = match settings.edges {
+                // A pitch of seven digits does not divide the sides of a period, and not every resolution does.
+                BoundaryCondition::Periodic => {
+                    let most = factor.map_or(0.0, |factor| longest / (factor * grid.pitch())) as u32;
+                    let rays = (1..=most).rev().find(|&rays| not_whole(extent, longest / f64::from(rays)).is_none());
+                    // A little less, as the rays are rounded down.
+                    let factor = rays.map(|rays| (1.0 - 1e-9) * longest / (f64::from(rays) * grid.pitch()));
+                    memory::coarser(factor, longest, grid, Spacing::Resolution(most))
+                }
+                BoundaryCondition::Clip | BoundaryCondition::Border => {
+                    memory::coarser(factor, longest, grid, settings.spacing)
+                }
+            };
             advice + &sizes.unwrap_or_default()
         };
         let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
@@ -107,20 +124,17 @@ impl Subject<'_> {
     /// Rejects a periodic cell whose sides are not whole numbers of pitches.
     fn whole(&self, grid: &Grid) -> Result<(), Error> {
         let extent = self.solid.bounds().extent();
-        for axis in Axis::ALL {
-            let pitches = extent[axis.depth()] / grid.pitch();
-            if (pitches - pitches.round()).abs() > 1e-6 {
-                return Err(Error::input(format!(
-                    "{}: --edges periodic needs sides of whole numbers of pitches, and along {} the side of {} is {pitches:.4} \
-                     pitches of {}; choose --resolution or --pitch so that all three are",
-                    self.solid.name(),
-                    axis.name(),
-                    number(extent[axis.depth()]),
-                    number(grid.pitch()),
-                )));
-            }
-        }
-        Ok(())
+        let Some(axis) = not_whole(extent, grid.pitch()) else { return Ok(()) };
+        let side = extent[axis.depth()];
+        Err(Error::input(format!(
+            "{}: --edges periodic needs sides of whole numbers of pitches, and along {} the side of {} is {:.4} pitches of {}; \
+             choose --resolution or --pitch so that all three are",
+            self.solid.name(),
+            axis.name(),
+            number(side),
+            side / grid.pitch(),
+            number(grid.pitch()),
+        )))
     }
 
     /// Samples the solid and its region.

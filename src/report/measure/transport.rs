@@ -16,7 +16,7 @@ use crate::report::id;
 use crate::sampler::Sampler;
 use crate::{Error, Monitor};
 
-/// The residual at which the solver stops.
+/// The relative error of a diffusivity at which the solver stops.
 const TOLERANCE: f64 = 1e-8;
 
 /// Number of equations that are solved: one for each phase and axis.
@@ -50,7 +50,7 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
         progress.step()?;
         Ok::<_, Error>((phase, axis, solved))
     };
-    // A path takes one thread, and so does the setup of an equation: they run side by side.
+    // A path takes one thread, so that the equations run beside the paths.
     let (paths, solutions) = join(
         || Axis::ALL.map(|axis| geodesic(&phases[Phase::Pore as usize], axis, edges)),
         || {

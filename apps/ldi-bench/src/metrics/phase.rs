@@ -21,8 +21,8 @@ use super::{Measure, Plan};
 use crate::BenchError;
 use crate::clock::median;
 
-/// The residual at which diffusion has converged.
-const RESIDUAL: f64 = 1e-8;
+/// The relative error of a diffusivity at which it has converged.
+const TOLERANCE: f64 = 1e-8;
 
 /// The results, and the seconds of each.
 struct Said {
@@ -85,7 +85,7 @@ pub fn measure(array: &Array, phase: Phase, plan: &Plan, maps: Option<&Path>) ->
         }
     }
     if asked(Measure::Diffusion) && phase == Phase::Pore {
-        let find = |axis| diffusive(&nodes, axis, BoundaryCondition::Clip, EndCondition::Nodes, RESIDUAL, &|_| ());
+        let find = |axis| diffusive(&nodes, axis, BoundaryCondition::Clip, EndCondition::Nodes, TOLERANCE, &|_| ());
         through(
             &mut said,
             "diffusion",

@@ -66,8 +66,8 @@ pub struct ComparisonArguments {
     /// rounding of 32-bit coordinates]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
-    /// Rays along the longest side of the box of an overlap, for its volume where that is not exact, as are --pitch and
-    /// --tolerance [default: 128]
+    /// Rays along the longest side of the box of an overlap [default: 128]. Like --pitch and --tolerance, for volumes that are
+    /// not exact
     #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
     pub resolution: Option<u32>,
     #[command(flatten)]

@@ -83,7 +83,7 @@ fn row(clashes: &Clashes, pair: &Pair) -> [String; 4] {
             let amount = match volume.method {
                 OverlapMethod::Exact => digits(volume.value, 7),
                 OverlapMethod::Estimate => {
-                    let (value, error) = with_error(volume.value, 0.5 * (volume.upper - volume.lower));
+                    let (value, error) = with_error(volume.value, volume.error());
                     format!("{value} ± {error}")
                 }
             };
