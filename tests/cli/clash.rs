@@ -307,7 +307,7 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     // The box around the overlap.
     assert_near(upper, 0.01 * 0.01 * 0.275, 1e-12);
     assert!(warning_codes(&run.json()).contains(&"not-resolved"));
-    run.warns(&["a.stl and rod.stl: no ray meets the result at a pitch of", "at most 0.0000275"]);
+    run.warns(&["a.stl and rod.stl: no ray meets the result at a pitch of", "at most 2.75e-5"]);
     let text = folder.run(&["clash", "a.stl", "rod.stl", "--unit", "mm"]).stdout();
     assert!(text.contains(" 0 ± 2.8e-5 mm³, 0.01 mm deep"), "{text}");
     // A few rays leave a volume of which the error is a large share.
