@@ -42,6 +42,12 @@ pub fn outwards([lower, upper]: [f64; 2]) -> [String; 2] {
     [away(lower, -1.0), away(upper, 1.0)]
 }
 
+/// A number with seven digits or so, rounded up, except by what `f64` rounds.
+pub fn rounded_up(value: f64) -> String {
+    let [_, above] = outwards([value, value]);
+    above
+}
+
 /// A decimal number without zeros at its end.
 pub fn without_zeros(text: &str) -> &str {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }

@@ -22,7 +22,7 @@ use crate::ldi::Ldi;
 use crate::length::Length;
 use crate::mesh::LengthUnit;
 use crate::minkowski::{CullCounts, ResolveCounts};
-use crate::number::{number, outwards};
+use crate::number::{number, outwards, rounded_up};
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, Mode};
 use crate::unit;
@@ -360,7 +360,7 @@ impl Measured {
         let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
         let message = || {
             if self.volume.method == Method::Exact {
-                let ([_, most], unit) = (outwards([0.0, value + error]), unit::suffix(self.unit, 3));
+                let (most, unit) = (rounded_up(value + error), unit::suffix(self.unit, 3));
                 return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
             }
             format!(

@@ -14,7 +14,7 @@ use super::work::expected_crossings;
 use crate::Error;
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::length::Length;
-use crate::number::{number, outwards};
+use crate::number::{number, rounded_up};
 
 /// The share of the free memory that an operation takes without `--memory`.
 const SHARE_OF_FREE: f64 = 0.8;
@@ -166,18 +166,25 @@ pub fn excess(subject: impl Display, held: u64, bytes: f64, limit: Limit) -> Opt
     Some(format!("{subject} needs about {} of memory, and {limit}", size(fixed)))
 }
 
-/// Returns the raster whose pitch is `factor` times that of `grid`, as advice: a resolution where one was requested, which counts
-/// along the side `longest`, and else a pitch, rounded up so that it gives no more rays.
+/// Returns the raster whose pitch is `factor` times that of `grid`, as [`advice`].
 pub fn coarser(factor: Option<f64>, longest: f64, grid: &Grid, requested: Spacing<Length>) -> String {
-    let rays = factor.map_or(0.0, |factor| (longest / (factor * grid.pitch())).floor());
-    if rays < 1.0 {
-        return "no raster would fit; raise --memory".to_owned();
-    }
-    let [nearest, above] = [number(longest / rays), outwards([0.0, longest / rays])[1].clone()];
-    match requested {
-        Spacing::Resolution(_) => format!("--resolution {rays}, a pitch of {nearest}, would fit"),
-        Spacing::Pitch(_) | Spacing::Tolerance(_) => {
-            format!("--pitch {above}, {rays} rays along the longest side, would fit")
+    advice(rays_within(factor, longest, grid), longest, requested)
+}
+
+/// Returns the rays along the side `longest` of the raster whose pitch is `factor` times that of `grid`; 0 if there is none.
+pub fn rays_within(factor: Option<f64>, longest: f64, grid: &Grid) -> u32 {
+    factor.map_or(0, |factor| (longest / (factor * grid.pitch())) as u32)
+}
+
+/// Returns a raster of so many rays along the side `longest`, as advice: a resolution where one was requested, which counts along
+/// that side, and else a pitch, rounded up so that it gives no more rays.
+pub fn advice(rays: u32, longest: f64, requested: Spacing<Length>) -> String {
+    let pitch = longest / f64::from(rays);
+    match (rays, requested) {
+        (0, _) => "no raster would fit; raise --memory".to_owned(),
+        (_, Spacing::Resolution(_)) => format!("--resolution {rays}, a pitch of {}, would fit", number(pitch)),
+        (_, Spacing::Pitch(_) | Spacing::Tolerance(_)) => {
+            format!("--pitch {}, {rays} rays along the longest side, would fit", rounded_up(pitch))
         }
     }
 }
@@ -308,8 +315,8 @@ pub fn admit_mesh(samples: u64, grid: &Grid, is_simplified: bool, limit: Limit) 
     let otherwise = if is_simplified { "; --surface-error 0, the full mesh, takes less" } else { "" };
     admit(&[cost], limit, subject, |factor| match factor {
         Some(factor) => {
-            let [pitch, above] = [number(grid.pitch()), outwards([0.0, factor * grid.pitch()])[1].clone()];
-            format!("a pitch of {above} instead of {pitch} would fit{otherwise}")
+            let (pitch, coarser) = (number(grid.pitch()), rounded_up(factor * grid.pitch()));
+            format!("a pitch of {coarser} instead of {pitch} would fit{otherwise}")
         }
         None => format!("no raster would fit; raise --memory{otherwise}"),
     })

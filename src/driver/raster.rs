@@ -7,7 +7,7 @@ use super::job::Spacing;
 use crate::Error;
 use crate::grid::{Grid, GridError, RAYS_MAX};
 use crate::mesh::Aabb;
-use crate::number::outwards;
+use crate::number::rounded_up;
 
 /// Lays a raster around the box of `name`, which errors state.
 ///
@@ -30,7 +30,7 @@ pub fn refused_pitch(error: &GridError, longest: f64, name: impl Display) -> Err
     match error {
         GridError::Resolution { .. } => {
             // One ray fewer, as the square of the most exceeds what an image can hold.
-            let [_, least] = outwards([0.0, longest / f64::from(RAYS_MAX - 1)]);
+            let least = rounded_up(longest / f64::from(RAYS_MAX - 1));
             Error::input(format!("{name}: {error}; the least --pitch is {least}"))
         }
         _ => Error::input(format!("{name}: {error}")),

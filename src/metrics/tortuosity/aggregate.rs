@@ -1,5 +1,7 @@
 //! The next coarser level: aggregates of unknowns and the conductances between them.
 
+use std::ops::Range;
+
 use crate::parallel::*;
 
 use super::operator::{Coarse, Operator};
@@ -7,13 +9,6 @@ use crate::cancel::checkpoint;
 
 /// Unknowns in a task that makes rows.
 const CHUNK: usize = 1 << 12;
-
-/// The aggregates of the unknowns of two planes of cells, which lie next to one another: no block extends farther.
-struct Slab {
-    starts: Vec<u32>,
-    members: Vec<u32>,
-    blocks: Vec<[u16; 3]>,
-}
 
 /// The index that denotes no aggregate.
 const NONE: u32 = u32::MAX;
@@ -45,25 +40,19 @@ impl Aggregates {
     pub fn new(operator: &impl Operator, cells: &Cells) -> (Aggregates, Cells) {
         debug_assert!(cells.of.is_sorted_by_key(|cell| cell[2]), "unknowns in the order of their planes");
         let count = operator.count();
-        let mut of = vec![NONE; count];
-        let (mut left, mut first) = (&mut of[..], 0);
-        let slabs = cells.of.chunk_by(|a, b| a[2] / 2 == b[2] / 2).map(|slab| {
-            let (own, rest) = std::mem::take(&mut left).split_at_mut(slab.len());
-            left = rest;
-            first += slab.len();
-            (first - slab.len(), own)
-        });
-        let slabs: Vec<(usize, &mut [u32])> = slabs.collect();
-        let mut made: Vec<(&mut [u32], Slab)> =
-            slabs.into_par_iter().map(|(first, of)| Slab::in_slab(operator, cells, first, of)).collect();
-        let counts = made.iter().map(|(_, slab)| slab.blocks.len() as u32);
-        let before: Vec<u32> = counts.scan(0, |sum, count| Some(std::mem::replace(sum, *sum + count))).collect();
-        let numbered = made.par_iter_mut().zip(before);
-        numbered.for_each(|((of, _), before)| of.iter_mut().for_each(|aggregate| *aggregate += before));
-        let (mut starts, mut members, mut blocks) = (vec![0], Vec::with_capacity(count), Vec::new());
-        for (_, slab) in made {
-            starts.extend(slab.starts);
+        let slabs: Vec<Range<usize>> = cells
+            .of
+            .chunk_by(|a, b| a[2] / 2 == b[2] / 2)
+            .scan(0, |end, slab| Some(std::mem::replace(end, *end + slab.len())..*end))
+            .collect();
+        let slabs: Vec<Slab> = slabs.into_par_iter().map(|range| Slab::of(operator, cells, range)).collect();
+        let (mut of, mut members, mut starts, mut blocks) =
+            (Vec::with_capacity(count), Vec::with_capacity(count), vec![0], Vec::new());
+        for slab in slabs {
+            let before = blocks.len() as u32;
+            of.extend(slab.of.into_iter().map(|aggregate| before + aggregate));
             members.extend(slab.members);
+            starts.extend(slab.ends);
             blocks.extend(slab.blocks);
         }
         let cells = Cells { size: cells.size.map(|side| side.div_ceil(2)), of: blocks };
@@ -138,33 +127,44 @@ impl Aggregates {
     }
 }
 
+/// The aggregates of the unknowns of two planes of cells, beyond which no block reaches.
+struct Slab {
+    /// The aggregate of each unknown, counted within the slab.
+    of: Vec<u32>,
+    members: Vec<u32>,
+    /// The end of each aggregate in the members of all slabs.
+    ends: Vec<u32>,
+    blocks: Vec<[u16; 3]>,
+}
+
 impl Slab {
-    /// Finds the aggregates of the unknowns from `start` on, numbered from 0, and sets `of` to them.
-    fn in_slab<'a>(operator: &impl Operator, cells: &Cells, start: usize, of: &'a mut [u32]) -> (&'a mut [u32], Slab) {
-        let block = |unknown: u32| cells.of[unknown as usize].map(|c| c / 2);
+    fn of(operator: &impl Operator, cells: &Cells, unknowns: Range<usize>) -> Slab {
         checkpoint();
-        let mut slab = Slab { starts: Vec::new(), members: Vec::with_capacity(of.len()), blocks: Vec::new() };
-        for first in start..start + of.len() {
+        let block = |unknown: u32| cells.of[unknown as usize].map(|c| c / 2);
+        let start = unknowns.start;
+        let mut of = vec![NONE; unknowns.len()];
+        let (mut members, mut ends, mut blocks) = (Vec::with_capacity(unknowns.len()), Vec::new(), Vec::new());
+        for first in unknowns {
             if of[first - start] != NONE {
                 continue;
             }
-            let (aggregate, here) = (slab.blocks.len() as u32, block(first as u32));
+            let (aggregate, here) = (blocks.len() as u32, block(first as u32));
             of[first - start] = aggregate;
-            let mut next = slab.members.len();
-            slab.members.push(first as u32);
-            while let Some(&member) = slab.members.get(next) {
+            let mut next = members.len();
+            members.push(first as u32);
+            while let Some(&member) = members.get(next) {
                 next += 1;
                 operator.links(member as usize, |other, _| {
                     if block(other) == here && of[other as usize - start] == NONE {
                         of[other as usize - start] = aggregate;
-                        slab.members.push(other);
+                        members.push(other);
                     }
                 });
             }
-            slab.starts.push((start + slab.members.len()) as u32);
-            slab.blocks.push(here);
+            ends.push((start + members.len()) as u32);
+            blocks.push(here);
         }
-        (of, slab)
+        Slab { of, members, ends, blocks }
     }
 }
 

@@ -132,7 +132,7 @@ impl Flow {
         let out = direct + sum(x.len(), |i| f64::from(operator.ends[i][1]) * x[i]);
         // With the work of the residuals the flux is stationary at the solution: what is left is of the second order.
         let flux = into - sum(x.len(), |i| (right[i] - operator.row(i, &x)) * x[i]);
-        // In to out they differ by the energy product of the error and 1, which is at most that of their norms.
+        // The fluxes in and out differ by the energy product of the error and 1, at most the product of their norms.
         let of_one = sum(x.len(), |i| f64::from(operator.end(i)));
         let limit = (DOUBT * tolerance * of_one / flux).sqrt();
         if (into - out).abs() > limit * flux {

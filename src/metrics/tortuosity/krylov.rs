@@ -2,7 +2,7 @@
 
 use super::cycle::Hierarchy;
 use super::operator::{Fine, Operator};
-use super::sums::{dot, each, each_summing, sum};
+use super::sums::{each, each_summing, sum};
 use crate::cancel::checkpoint;
 
 /// Most iterations, far more than needed: 30 suffice in practice.
@@ -46,7 +46,7 @@ pub(super) fn solve(
         checkpoint();
         each(&mut rounded, |i, r| *r = residuals[i] as f32);
         hierarchy.precondition(operator, &rounded, &mut better);
-        let repeated = if iteration > 0 { dot(&better, &image) / energy } else { 0.0 };
+        let repeated = if iteration > 0 { sum(count, |i| f64::from(better[i]) * image[i]) / energy } else { 0.0 };
         let [work] = each_summing(&mut direction, |i, p| {
             *p = f64::from(better[i]) - repeated * *p;
             [*p * residuals[i]]

@@ -17,15 +17,6 @@ pub(super) fn sum(count: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     sums.into_iter().sum()
 }
 
-/// Returns Σ aᵢ bᵢ.
-pub(super) fn dot<A, B>(a: &[A], b: &[B]) -> f64
-where
-    A: Copy + Into<f64> + Sync,
-    B: Copy + Into<f64> + Sync,
-{
-    sum(a.len(), |i| a[i].into() * b[i].into())
-}
-
 /// Sets or changes each element, by its index.
 pub(super) fn each<T: Send>(values: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
     let [] = each_summing(values, |i, value| {

@@ -73,11 +73,9 @@ impl Subject<'_> {
             let advice = match settings.edges {
                 // A pitch of seven digits does not divide the sides of a period, and not every resolution does.
                 BoundaryCondition::Periodic => {
-                    let most = factor.map_or(0.0, |factor| longest / (factor * grid.pitch())) as u32;
+                    let most = memory::rays_within(factor, longest, grid);
                     let rays = (1..=most).rev().find(|&rays| not_whole(extent, longest / f64::from(rays)).is_none());
-                    // A little less, as the rays are rounded down.
-                    let factor = rays.map(|rays| (1.0 - 1e-9) * longest / (f64::from(rays) * grid.pitch()));
-                    memory::coarser(factor, longest, grid, Spacing::Resolution(most))
+                    memory::advice(rays.unwrap_or(0), longest, Spacing::Resolution(most))
                 }
                 BoundaryCondition::Clip | BoundaryCondition::Border => {
                     memory::coarser(factor, longest, grid, settings.spacing)
