@@ -8,8 +8,8 @@ use crate::cancel::checkpoint;
 use crate::grid::{Grid, LatticeBox, LatticeSolid};
 use crate::ldi::{NodePlanes, NodeSlab};
 
-/// Planes that are processed together, which bounds the memory.
-const SLAB: usize = 64;
+/// Planes that a thread processes together, which bounds the memory.
+const SLAB: usize = 16;
 
 /// Relative error bound of a volume that was rounded a few times.
 const ROUNDING: f64 = 1e-14;
@@ -46,7 +46,7 @@ pub struct VolumeBounds {
 impl VolumeBounds {
     /// Bounds a solid's volume within a region. The interval's width is the volume of the cubes that surfaces meet: of first
     /// order in the pitch. A finer raster gives tighter bounds ([`finer_grid`]); planes are processed a few at a time, so that
-    /// the memory is that of `within` and `sampled`, 8 bytes a triangle, and a slab of bits.
+    /// the memory is that of `within` and `sampled`, 8 bytes a triangle, and about a slab of bits for each thread.
     ///
     /// The bounds hold for the solid of the mesh as read, under the fill rule of the images: they include the effect of
     /// snapping.
@@ -197,10 +197,14 @@ fn row(nodes: &NodeSlab, y: usize, z: usize) -> &[u64] {
 }
 
 /// Returns the sums over all slabs of a raster.
-fn sums<const N: usize>(grid: &Grid, of_slab: impl Fn(Slab) -> [u128; N]) -> [u128; N] {
+fn sums<const N: usize>(grid: &Grid, of_slab: impl Fn(Slab) -> [u128; N] + Sync) -> [u128; N] {
     let [columns, rows, planes] = grid.rays().map(|n| n as usize);
-    let slab = |first: usize| Slab { first, end: planes.min(first + SLAB), rows, words: columns.div_ceil(64) };
-    (0..planes).step_by(SLAB).map(|first| of_slab(slab(first))).fold([0; N], plus)
+    let slab = |number: usize| {
+        let first = number * SLAB;
+        Slab { first, end: planes.min(first + SLAB), rows, words: columns.div_ceil(64) }
+    };
+    let slabs = (0..planes.div_ceil(SLAB)).into_par_iter().with_max_len(1);
+    slabs.map(|number| of_slab(slab(number))).reduce(|| [0; N], plus)
 }
 
 fn plus<const N: usize>(a: [u128; N], b: [u128; N]) -> [u128; N] {
