@@ -85,6 +85,11 @@ pub fn fitting(costs: &[Cost], limit: Limit) -> Option<f64> {
     below(costs, MARGIN * limit.bytes()? as f64)
 }
 
+/// Returns whether a cost is below a limit with a margin, or the limit is not known.
+pub fn fits(cost: Cost, limit: Limit) -> bool {
+    limit.bytes().is_none_or(|most| cost.at(1.0) <= MARGIN * most as f64)
+}
+
 /// The most memory that the process may hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {

@@ -13,7 +13,7 @@ use std::time::{Instant, SystemTime};
 use glam::DVec3;
 
 use super::limits::Limits;
-use super::measure::{Clock, Subject, measure, stages, unmeasured};
+use super::measure::{Clock, Subject, admit_fields, measure, stages, unmeasured};
 use super::page::summary::{Entry, Unmeasured};
 use super::page::{self, compare, summary};
 use super::scaffold_report::{self, Alert, InputFile, ScaffoldReport, Severity};
@@ -337,6 +337,7 @@ pub(super) fn report_on(
         alerts.extend(difference.and_then(|difference| difference.warning(solid, settings.fill)).map(alert));
     }
     let grid = subject.grid(settings)?;
+    admit_fields(&subject, &grid, settings)?;
     let lattice = clock.time("sampling", || subject.solid.quantise(&grid))?;
     let choice = backends.choose(|| work(slice::from_ref(&lattice), &Axis::ALL));
     let mut report = measure(subject, settings, lattice, choice.sampler(), &mut clock, progress)?;

@@ -265,19 +265,49 @@ fn impossible_reports_are_refused_before_measuring() {
     refused(&["a.stl", "--roi", "b.stl", "-o", "out", "--edges", "periodic"], "--roi");
     // What is advised for a period has sides of whole numbers of pitches.
     folder.stl("cell.stl", &cuboid([0.0; 3], [3.0, 2.0, 1.0]));
-    let periodic = |rays: &str| {
-        let flags = ["--unit", "mm", "--edges", "periodic", "--resolution", rays, "--memory", "40M"];
-        folder.run(&[&["report", "cell.stl"], &flags[..]].concat())
-    };
-    let refusal = periodic("300").code(3).stderr();
-    let advised = refusal.split("--resolution ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
-    assert!((30..300).contains(&advised.parse::<u32>().unwrap()), "{refusal}");
-    periodic(advised).code(0);
+    periodic_reports_are_advised(&folder, "cell.stl", "300");
     refused(&["a.stl", "b.stl", "--compare", "a.stl", "-o", "out"], "--compare");
     refused(&["a.stl", "-o", "out", "--kozeny", "0"], "--kozeny");
     refused(&["a.stl", "-o", "out", "--overhang-angle", "91"], "--overhang-angle");
     refused(&["a.stl", "-o", "out", "--limits", "no.toml"], "no.toml");
     assert!(!folder.path("out").exists());
+}
+
+/// Runs reports on a periodic cell whose fields do not fit into memory, and one whose equations do not, and then what is advised.
+#[track_caller]
+fn periodic_reports_are_advised(folder: &Folder, cell: &str, rays: &str) {
+    let report = |options: &[&str]| {
+        let flags = ["--unit", "mm", "--edges", "periodic", "--memory", "40M"];
+        folder.run(&[&["report", cell], &flags[..], options].concat())
+    };
+    let advised = |refusal: &str, option: &str| {
+        let words: Vec<&str> = refusal.split([' ', ',', '\n']).collect();
+        let at = words.iter().position(|word| *word == option).unwrap_or_else(|| panic!("{option}: {refusal}"));
+        words[at + 1].parse::<u32>().unwrap().to_string()
+    };
+    let equations = "--tortuosity-resolution";
+    let refusal = report(&["--resolution", rays, equations, "1000"]).code(3).says(&["the fields of"]).stderr();
+    let [fewer, of_equations] = ["--resolution", equations].map(|option| advised(&refusal, option));
+    report(&["--resolution", &fewer, equations, &of_equations]).code(0);
+    let refusal = report(&["--resolution", &fewer, equations, "1000"]).code(3).says(&["the equations of"]).stderr();
+    report(&["--resolution", &fewer, equations, &advised(&refusal, equations)]).code(0);
+}
+
+#[test]
+fn equations_that_do_not_fit_are_refused_where_there_are_some() {
+    let folder = Folder::with_two_cubes();
+    folder.stl("large.stl", &cuboid([-1.0; 3], [2.0, 2.0, 2.0]));
+    folder.run(&["generate", "sphere", "--radius", "1", "-o", "sphere.stl"]).code(0);
+    let report = |region: &str| {
+        let flags = ["--unit", "mm", "--resolution", "80", "--memory", "80M"];
+        folder.run(&[&["report", "large.stl", "--roi", region], &flags[..]].concat())
+    };
+    // The region alone, which all of the solid covers.
+    report("a.stl")
+        .code(3)
+        .says(&["the equations of tortuosity on 80 × 80 × 80 nodes", "--tortuosity-resolution 60 would fit"]);
+    // No flow between flat ends.
+    report("sphere.stl").code(0);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Measuring: from meshes to the content of a report.
 //!
-//! [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and [`transport`] take the images and the region and put
-//! metrics into the [`record`]; [`convergence`] repeats the main ones on coarser rasters; [`alerts`] states reasons for doubt.
+//! [`forecast`] refuses what would not fit into memory. [`raster`] samples; [`rays`], [`topology`], [`balls`], [`bounds`] and
+//! [`transport`] take the images and the region and put metrics into the [`record`]; [`convergence`] repeats the main ones on
+//! coarser rasters; [`alerts`] states reasons for doubt.
 //! Distance fields and maps are the large arrays (4 to 8 bytes per node each): fields are dropped as soon as their balls are
 //! found, and maps as soon as they are measured.
 
@@ -10,6 +11,7 @@ mod balls;
 mod bounds;
 mod clock;
 mod convergence;
+mod forecast;
 mod growth;
 mod plots;
 mod raster;
@@ -28,6 +30,7 @@ use crate::metrics::{NodeSet, Region};
 use crate::sampler::Sampler;
 
 pub use clock::Clock;
+pub use forecast::admit_fields;
 pub use raster::Subject;
 
 use self::balls::Balls;
@@ -105,6 +108,7 @@ pub fn measure(
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
     let coarser = clock.time("sampling", || subject.check_volumes(&grid, settings.fill, sampler))?;
     let study = Study { subject, settings, images: &images, region: &region, solid };
+    forecast::admit_equations(&study)?;
     progress.step()?;
 
     stage("rays and facets")?;

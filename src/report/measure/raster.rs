@@ -6,25 +6,16 @@ use super::Shells;
 use crate::Error;
 use crate::boolean::{BooleanOperation, merge};
 use crate::driver::input::Solid;
-use crate::driver::job::Spacing;
-use crate::driver::machine;
-use crate::driver::memory::{self, Cost, Limit};
 use crate::driver::raster;
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::integrate::{AxisVolume, CHECK_PITCHES, VolumeEstimate};
 use crate::ldi::Ldi;
+use crate::mesh::Aabb;
 use crate::metrics::surface_area::{Scale, SurfaceElements};
 use crate::metrics::{BoundaryCondition, Facets, Region};
 use crate::number::number;
 use crate::report::Settings;
 use crate::sampler::{FillRule, Sampler};
-
-/// Memory per node in bytes while most arrays are alive, those of spanning balls: two distances and the radii of both, for each of
-/// two axes another radius and a step, the largest balls, and smaller data.
-const BYTES_OF_NODE: f64 = 32.0;
-
-/// Limit of the number of nodes: indices have 31 bits.
-const NODES_MAX: f64 = 2_147_483_648.0;
 
 /// A solid and its region of interest.
 #[derive(Clone, Copy)]
@@ -35,7 +26,7 @@ pub struct Subject<'s> {
 }
 
 /// Returns the first axis along which a side is no whole number of pitches.
-fn not_whole(extent: DVec3, pitch: f64) -> Option<Axis> {
+pub fn not_whole(extent: DVec3, pitch: f64) -> Option<Axis> {
     let pitches = |axis: &Axis| extent[axis.depth()] / pitch;
     Axis::ALL.into_iter().find(|axis| (pitches(axis) - pitches(axis).round()).abs() > 1e-6)
 }
@@ -49,62 +40,20 @@ impl Subject<'_> {
         if settings.edges == BoundaryCondition::Periodic {
             self.whole(&of_region)?;
         }
-        let grid = match self.roi {
-            None => of_region,
-            Some(_) => self.grid_of_pitch(of_region.pitch())?,
-        };
-        self.admit(&grid, settings)?;
-        Ok(grid)
+        match self.roi {
+            None => Ok(of_region),
+            Some(_) => self.grid_of_pitch(of_region.pitch()),
+        }
     }
 
-    /// Rejects rasters whose fields would not fit into memory, before the system kills the process.
-    fn admit(&self, grid: &Grid, settings: &Settings) -> Result<(), Error> {
-        let limit = Limit::new(settings.memory);
-        let nodes = memory::nodes(grid);
-        let [x, y, z] = grid.rays();
-        let region = self.roi.unwrap_or(self.solid);
-        let sizes = self.roi.map(|roi| {
-            let [solid, roi] = [self.solid, roi].map(|solid| number(solid.bounds().extent().max_element()));
-            format!("; the solid is {solid} long and the region of interest {roi}: are both in one unit?")
-        });
-        let extent = region.bounds().extent();
-        let longest = extent.max_element();
-        let way_out = |factor: Option<f64>| {
-            let advice = match settings.edges {
-                // A pitch of seven digits does not divide the sides of a period, and not every resolution does.
-                BoundaryCondition::Periodic => {
-                    let most = memory::rays_within(factor, longest, grid);
-                    let rays = (1..=most).rev().find(|&rays| not_whole(extent, longest / f64::from(rays)).is_none());
-                    memory::advice(rays.unwrap_or(0), longest, Spacing::Resolution(most))
-                }
-                BoundaryCondition::Clip | BoundaryCondition::Border => {
-                    memory::coarser(factor, longest, grid, settings.spacing)
-                }
-            };
-            advice + &sizes.unwrap_or_default()
-        };
-        let cost = Cost { fixed: machine::held_memory() as f64, of_nodes: BYTES_OF_NODE * nodes, ..Cost::default() };
-        if nodes >= NODES_MAX {
-            let factor = (nodes / (0.9 * NODES_MAX)).cbrt();
-            let factor = match limit.bytes() {
-                Some(_) => memory::fitting(&[cost], limit).map(|fits| fits.max(factor)),
-                None => Some(factor),
-            };
-            return Err(Error::machine(format!(
-                "{}: {x} × {y} × {z} nodes (limit {NODES_MAX}), which need about {} of memory; {}",
-                self.solid.name(),
-                memory::size(BYTES_OF_NODE * nodes),
-                way_out(factor)
-            )));
-        }
-        let subject = format_args!("{}: the fields of {x} × {y} × {z} nodes", self.solid.name());
-        memory::admit(&[cost], limit, subject, way_out)
+    /// Returns the box around solid and region.
+    pub fn bounds(&self) -> Aabb {
+        self.roi.map_or(self.solid.bounds(), |roi| roi.bounds().union(self.solid.bounds()))
     }
 
     /// Returns a grid of another pitch that contains solid and region.
     pub fn grid_of_pitch(&self, pitch: f64) -> Result<Grid, Error> {
-        let bounds = self.roi.map_or(self.solid.bounds(), |roi| roi.bounds().union(self.solid.bounds()));
-        Grid::with_pitch(bounds, pitch, *LOD_RANGE.start())
+        Grid::with_pitch(self.bounds(), pitch, *LOD_RANGE.start())
             .map_err(|error| Error::input(format!("{}: {error}", self.solid.name())))
     }
 

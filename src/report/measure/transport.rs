@@ -11,7 +11,7 @@ use crate::ldi::{Mode, NodePlanes};
 use crate::metrics::tortuosity::{EndCondition, diffusive, geodesic};
 use crate::metrics::{BoundaryCondition, NodeSet, Phase, Region};
 use crate::number::number;
-use crate::parallel::join;
+use crate::parallel::*;
 use crate::report::id;
 use crate::sampler::Sampler;
 use crate::{Error, Monitor};
@@ -50,9 +50,10 @@ pub fn measure(study: &Study, sampler: &dyn Sampler, progress: &Monitor, record:
         progress.step()?;
         Ok::<_, Error>((phase, axis, solved))
     };
-    // A path takes one thread, so that the equations run beside the paths.
+    // A path takes one thread: the paths run beside the equations, and beside one another where there are threads for it.
+    let path = |axis| geodesic(&phases[Phase::Pore as usize], axis, edges);
     let (paths, solutions) = join(
-        || Axis::ALL.map(|axis| geodesic(&phases[Phase::Pore as usize], axis, edges)),
+        || Axis::ALL.into_par_iter().with_max_len(1).map(path).collect::<Vec<_>>(),
         || {
             let equations = Phase::BOTH.into_iter().flat_map(|phase| Axis::ALL.map(|axis| (phase, axis)));
             equations.map(|(phase, axis)| solve(phase, axis)).collect::<Result<Vec<_>, Error>>()
@@ -94,16 +95,36 @@ fn cropped(nodes: &NodeSet, region: &Region) -> NodeSet {
     NodeSet::from_fn(size, |node| nodes.contains([0, 1, 2].map(|axis| ranges[axis].start + node[axis])))
 }
 
-/// Returns the raster for equations: that of the report, or one of a whole multiple of its pitch. A periodic cell must be whole
-/// pitches of it, too.
+/// Returns the raster for equations: that of the report, or one of a whole multiple of its pitch.
 fn coarse(study: &Study) -> Result<Grid, Error> {
     let grid = study.region.grid();
-    let rays = grid.rays();
+    match multiple(grid.rays(), study.settings.tortuosity_resolution, study.settings.edges) {
+        1 => Ok(*grid),
+        times => study.subject.grid_of_pitch(f64::from(times) * grid.pitch()),
+    }
+}
+
+/// Returns the pitch of a raster for equations, in pitches of a report with so many rays along each axis: the least at which there are
+/// at most `most` along the longest. A periodic cell must be whole pitches of both; where none is as long, it is the longest.
+pub fn multiple(rays: [u32; 3], most: u32, edges: BoundaryCondition) -> u32 {
     let longest = rays.into_iter().max().unwrap_or(1);
-    let most = study.settings.tortuosity_resolution;
-    let fits = |times: &u32| {
-        study.settings.edges != BoundaryCondition::Periodic || rays.iter().all(|count| count % times == 0)
-    };
-    let times = (longest.div_ceil(most)..=longest).find(fits).unwrap_or(1);
-    if times == 1 { Ok(*grid) } else { study.subject.grid_of_pitch(f64::from(times) * grid.pitch()) }
+    let least = longest.div_ceil(most);
+    let fits = |times: &u32| edges != BoundaryCondition::Periodic || rays.iter().all(|count| count % times == 0);
+    (least..=longest).find(fits).or_else(|| (1..least).rev().find(fits)).unwrap_or(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equations_are_on_the_finest_raster_allowed_or_else_the_coarsest() {
+        assert_eq!(multiple([256, 200, 9], 128, BoundaryCondition::Border), 2);
+        assert_eq!(multiple([128, 128, 128], 128, BoundaryCondition::Periodic), 1);
+        // 3 divides the first side, and not the others.
+        assert_eq!(multiple([300, 200, 100], 128, BoundaryCondition::Periodic), 4);
+        // No multiple of 5 or more divides all sides.
+        assert_eq!(multiple([602, 400, 200], 128, BoundaryCondition::Periodic), 2);
+        assert_eq!(multiple([301, 200, 100], 128, BoundaryCondition::Periodic), 1);
+    }
 }
