@@ -2,7 +2,7 @@
 //!
 //! A reader welds equal positions, so no two vertices of a written mesh may have the same one. Two that an edge joins become one.
 //! If that leaves edges or vertices at which several parts of the surface touch, these are separated. All others of one
-//! position are moved apart, into the solid, by single steps of the file's precision.
+//! position are moved apart by single steps of the file's precision: into the solid, or out of it where that lies between them.
 
 use std::collections::{HashMap, HashSet};
 
@@ -243,7 +243,7 @@ impl Edges<'_> {
     }
 }
 
-/// Moves vertices into the solid until no two have the same position, and returns the number of those that moved.
+/// Moves vertices until no two have the same position, and returns the number of those that moved.
 fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
     let mut moved = HashSet::new();
     let mut stars = None;
@@ -257,13 +257,64 @@ fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
             // The first stays, and each further one goes farther.
             for (steps, &vertex) in (0..).zip(&group).skip(1) {
                 let inwards = inwards(mesh, stars, vertex);
+                let is_between = is_solid_between(mesh, stars, vertex, &group[..steps as usize]);
+                let away = if is_between { -inwards } else { inwards };
                 let position = &mut mesh.positions[vertex as usize];
-                *position = stepped(*position, inwards, steps + (round - 1) / 8, precision);
+                *position = stepped(*position, away, steps + (round - 1) / 8, precision);
                 moved.insert(vertex);
             }
         }
     }
     moved.len()
+}
+
+/// Returns whether solid lies between the surface at a vertex and that at others of its position, as it does at a cavity that touches
+/// a face from within; else there is a gap.
+fn is_solid_between(mesh: &TriangleMesh, stars: &Stars, vertex: u32, others: &[u32]) -> bool {
+    /// Heights over sectors, which are of unit length, that are rounding.
+    const ROUNDED: f64 = 1e-9;
+    let sectors = |vertex: u32| {
+        let mut star = stars.corners_at(vertex as usize).to_vec();
+        star.sort_unstable();
+        star.into_iter().filter_map(|corner| Sector::of(mesh, corner)).collect::<Vec<Sector>>()
+    };
+    let own = sectors(vertex);
+    let heights = others.iter().flat_map(|&other| sectors(other)).map(|sector| {
+        let middle = (sector.sides[0] + sector.sides[1]).normalize_or_zero();
+        let nearest = own.iter().map(|own| own.distance_and_height(middle)).min_by(|a, b| {
+            // Of two at a side, that over which it is higher has the side of both.
+            a.0.total_cmp(&b.0).then(b.1.abs().total_cmp(&a.1.abs()))
+        });
+        nearest.map_or(0.0, |(distance, height)| distance.copysign(height))
+    });
+    heights.sum::<f64>() < -ROUNDED
+}
+
+/// A triangle at a vertex, continued without an end.
+struct Sector {
+    /// The directions of its sides from the vertex, and its normal, of unit length.
+    sides: [DVec3; 2],
+    normal: DVec3,
+}
+
+impl Sector {
+    /// Returns that of a corner of a triangle, if this has an area.
+    fn of(mesh: &TriangleMesh, corner: u32) -> Option<Sector> {
+        let mut corners = mesh.triangles[corner as usize / 3].map(|index| mesh.positions[index as usize]);
+        corners.rotate_left(corner as usize % 3);
+        let [at, b, c] = corners;
+        let sides = [(b - at).try_normalize()?, (c - at).try_normalize()?];
+        Some(Sector { sides, normal: sides[0].cross(sides[1]).try_normalize()? })
+    }
+
+    /// Returns the distance of a place, relative to the vertex, and its height over the plane.
+    fn distance_and_height(&self, place: DVec3) -> (f64, f64) {
+        let ([b, c], height) = (self.sides, self.normal.dot(place));
+        let is_over = self.normal.dot(b.cross(place)) >= 0.0 && self.normal.dot(place.cross(c)) >= 0.0;
+        let from_side = |side: DVec3| place.distance(side * side.dot(place).max(0.0));
+        let distance = if is_over { height.abs() } else { from_side(b).min(from_side(c)) };
+        (distance, height)
+    }
 }
 
 /// Returns a vector from a vertex into the solid.
@@ -314,6 +365,28 @@ mod tests {
             let report = ManifoldReport::of(&mesh, precision);
             assert!(report.passed(), "{:?}", report.failures());
             assert!(mesh.positions[first as usize..].iter().all(|position| position.x > 1.0));
+        }
+    }
+
+    #[test]
+    fn boxes_and_cavities_that_touch_in_a_corner_are_moved_apart() {
+        let mut mesh = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let other = cuboid(DVec3::ONE, DVec3::splat(2.0)).unwrap();
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(other.positions);
+        mesh.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|index| index + first)));
+        for is_solid in [true, false] {
+            let mut mesh = mesh.clone();
+            if !is_solid {
+                mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            }
+            assert_eq!(step_apart(&mut mesh, Precision::Single), 1);
+            assert!(
+                mesh.positions[first as usize..]
+                    .iter()
+                    .all(|position| position.min_element() > 1.0 || position.max_element() > 1.5)
+            );
+            assert!(mesh.positions[..first as usize].iter().all(|position| position.max_element() <= 1.0));
         }
     }
 

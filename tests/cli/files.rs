@@ -261,3 +261,26 @@ fn coordinates_that_a_format_rounds_warn_and_spoiled_ones_are_refused() {
     let run = folder.run(&["convert", "far.obj", "-o", "same.obj"]).code(0);
     assert!(!run.stderr().contains("32-bit"), "{}", run.stderr());
 }
+
+#[test]
+fn cavities_that_touch_faces_from_within_stay_within() {
+    let folder = Folder::new();
+    folder.run(&["generate", "cuboid", "-o", "box.stl", "--min", "-10,-10,-10", "--max", "10,10,10"]).code(0);
+    folder.run(&["generate", "sphere", "--radius", "10", "-o", "ball.stl"]).code(0);
+    // Its ridge lies in the upper face of the box.
+    let [a, b, c, d, e, f] =
+        [[-5.0, -4.0, 3.0], [-5.0, 4.0, 3.0], [-5.0, 0.0, 10.0], [5.0, -4.0, 3.0], [5.0, 4.0, 3.0], [5.0, 0.0, 10.0]];
+    let roof = [[a, c, b], [d, e, f], [a, b, e], [a, e, d], [b, c, f], [b, f, e], [c, a, d], [c, d, f]];
+    folder.stl("roof.stl", &roof);
+    for cavity in ["ball.stl", "roof.stl"] {
+        for operation in ["difference", "xor"] {
+            for file in ["out.stl", "out.obj", "out.3mf"] {
+                folder.run(&[operation, "box.stl", cavity, "--unit", "mm", "-o", file]).code(0);
+                folder.run(&["check", file]).code(0);
+            }
+        }
+    }
+    // Beside one another they touch from outside.
+    folder.run(&["union", "box.stl", "roof.stl", "--transform-b", "translate(0,0,7)", "-o", "out.obj"]).code(0);
+    folder.run(&["check", "out.obj"]).code(0);
+}
