@@ -78,15 +78,19 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
     }
     // The number of decimals at which the error has two digits.
     let digits = 1 - error.log10().floor() as i32;
-    if plain(value.abs().max(error)) && (-3..=9).contains(&digits) {
+    let is_plain = plain(value.abs().max(error));
+    if is_plain && (-3..=9).contains(&digits) {
         let digits = digits.max(0) as usize;
         return (format!("{value:.digits$}"), format!("{error:.digits$}"));
     }
     let error = format!("{error:.1e}");
+    if is_plain && (10..=12).contains(&digits) {
+        return (format!("{value:.*}", digits as usize), error);
+    }
     if value == 0.0 {
         return ("0".to_owned(), error);
     }
-    let significant = (value.abs().log10().floor() as i32 + digits).clamp(1, 8) as usize;
+    let significant = (value.abs().log10().floor() as i32 + digits).clamp(1, 15) as usize;
     (format!("{value:.significant$e}"), error)
 }
 
@@ -97,7 +101,8 @@ pub fn rounded_outwards([lower, upper]: [f64; 2]) -> [String; 2] {
     let unit = 10f64.powf(-digits.max(0.0));
     if !(width > 0.0 && plain(lower) && plain(upper) && unit > 1e-14 * upper && digits <= 12.0) {
         // Where f64 has few more digits: the shortest texts that denote the same numbers.
-        return [format!("{lower}"), format!("{upper}")];
+        let shortest = |bound: f64| if plain(bound) { format!("{bound}") } else { format!("{bound:e}") };
+        return [shortest(lower), shortest(upper)];
     }
     let digits = digits.max(0.0) as usize;
     // The nearest number with so many digits, or its neighbour beyond.
@@ -131,6 +136,8 @@ mod tests {
         assert_eq!(written(0.0, 0.0), "0 ± 0");
         assert_eq!(written(0.0, 1.4e-5), "0 ± 1.4e-5");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
+        assert_eq!(written(4_171.995_755_484_972, 4.2e-9), "4171.9957554850 ± 4.2e-9");
+        assert_eq!(written(1.234_567_890_123e-5, 1.2e-16), "1.234567890123e-5 ± 1.2e-16");
     }
 
     #[test]
@@ -140,6 +147,7 @@ mod tests {
         assert_eq!(rounded_outwards([2.0, 2.0]), ["2", "2"]);
         assert_eq!(rounded_outwards([0.1, 0.1f64.next_up()]), ["0.1", "0.10000000000000002"]);
         assert_eq!(rounded_outwards([0.0, 0.0]), ["0", "0"]);
+        assert_eq!(rounded_outwards([0.0, 7.006_492_321_624_092e-46]), ["0", "7.006492321624092e-46"]);
         let mut random = crate::testing::random::Random::new(5);
         for _ in 0..10_000 {
             let lower = random.share() * 10f64.powi(random.between(-6, 10));

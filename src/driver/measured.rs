@@ -363,6 +363,11 @@ impl Measured {
                 let (most, unit) = (rounded_up(value + error), unit::suffix(self.unit, 3));
                 return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
             }
+            if self.unclosed > 0 {
+                return format!(
+                    "the volume may be off by {much}: rays that do not close count as empty; repair the mesh"
+                );
+            }
             format!(
                 "the volume may be off by {much}: too few rays meet the solid at a pitch of {}; {finer} or set --tolerance",
                 unit::rounded(self.grid.pitch(), self.unit)

@@ -68,6 +68,11 @@ pub fn report_files(
 ) -> Result<Reported, Error> {
     let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
+    if let Some(second) = &job.compare {
+        // Half of a comparison would be left of one that cannot be read.
+        progress.stage(format!("{}: reading", second.path.display()))?;
+        input::solids(slice::from_ref(second), InputRequirements { hashes: false, ..requirements(job) })?;
+    }
     let (mut places, mut reports, mut failures) = (Vec::new(), Vec::new(), Vec::new());
     let mut worst = None;
     let each = steps_of_report(job.roi.as_ref()) + READING_AND_WRITING;
@@ -250,13 +255,7 @@ fn report_of(job: &ReportJob, input: &Input, backends: &Backends, progress: &Mon
     let start = Instant::now();
     let mut clock = Clock::default();
     progress.stage(format!("{}: reading", input.path.display()))?;
-    let requirements = InputRequirements {
-        unit: job.unit,
-        openness: job.openness,
-        sides: Sides::NotNeeded,
-        fill: job.settings.fill,
-        hashes: true,
-    };
+    let requirements = requirements(job);
     let roi = match &job.roi {
         Some(Roi::Solid(roi)) => Some(roi),
         Some(Roi::Hull | Roi::Wrap(_)) | None => None,
@@ -270,6 +269,16 @@ fn report_of(job: &ReportJob, input: &Input, backends: &Backends, progress: &Mon
     let mut report = report_on(task, solids, clock, progress)?;
     report.title = input.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(report)
+}
+
+fn requirements(job: &ReportJob) -> InputRequirements {
+    InputRequirements {
+        unit: job.unit,
+        openness: job.openness,
+        sides: Sides::NotNeeded,
+        fill: job.settings.fill,
+        hashes: true,
+    }
 }
 
 /// A region of interest that is constructed from the solid.

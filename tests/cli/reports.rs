@@ -267,7 +267,10 @@ fn impossible_reports_are_refused_before_measuring() {
     folder.stl("cell.stl", &cuboid([0.0; 3], [3.0, 2.0, 1.0]));
     periodic_reports_are_advised(&folder, "cell.stl", "300");
     refused(&["a.stl", "b.stl", "--compare", "a.stl", "-o", "out"], "--compare");
+    refused(&["a.stl", "--compare", "open.stl", "-o", "out"], "open.stl");
+    refused(&["a.stl", "--compare", "missing.stl", "-o", "out"], "missing.stl");
     refused(&["a.stl", "-o", "out", "--kozeny", "0"], "--kozeny");
+    refused(&["a.stl", "-o", "out", "--kozeny", "-1"], "--kozeny");
     refused(&["a.stl", "-o", "out", "--overhang-angle", "91"], "--overhang-angle");
     refused(&["a.stl", "-o", "out", "--limits", "no.toml"], "no.toml");
     assert!(!folder.path("out").exists());

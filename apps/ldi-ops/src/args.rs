@@ -583,7 +583,7 @@ pub struct FinishArguments {
     /// Remove triangles of a mesh of images while it stays within this distance of what it was: in pitches (0.1h), in file
     /// units (0.02) or with a unit (20um), or 0 for all triangles; a bound above 0 asks for a mesh of images
     /// [default: 0.05h, for meshes that are of images anyway]
-    #[arg(long, visible_alias = "simplify", value_name = "BOUND")]
+    #[arg(long, visible_alias = "simplify", value_name = "BOUND", allow_hyphen_values = true)]
     pub surface_error: Option<Bound>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001
     #[arg(long, value_name = "P%", allow_hyphen_values = true)]

@@ -7,6 +7,7 @@ mod sum;
 mod sweep;
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -499,13 +500,18 @@ fn writable(path: &Path) -> Result<(), Error> {
         return Err(Error::input(format!("{}: is a folder; give the name of a file", path.display())));
     }
     if !folder.is_dir() {
-        return Err(Error::input(format!(
-            "{}: the folder {} does not exist; create it first",
-            path.display(),
-            folder.display()
-        )));
+        return Err(no_folder(path.display(), folder));
     }
     Ok(())
+}
+
+/// Says that the folder of a target is missing, or is a file.
+fn no_folder(target: impl Display, folder: &Path) -> Error {
+    let folder_name = folder.display();
+    Error::input(match folder.exists() {
+        true => format!("{target}: {folder_name} is a file, not a folder; choose another"),
+        false => format!("{target}: the folder {folder_name} does not exist; create it first"),
+    })
 }
 
 /// Checks that a folder or its parent exists; `flag` stands before its name in messages.
@@ -515,11 +521,7 @@ fn usable(flag: &str, folder: &Path, taker: &str) -> Result<(), Error> {
     }
     let parent = output::folder(folder);
     if !folder.is_dir() && !parent.is_dir() {
-        return Err(Error::input(format!(
-            "{flag}{}: the folder {} does not exist; create it first",
-            folder.display(),
-            parent.display()
-        )));
+        return Err(no_folder(format_args!("{flag}{}", folder.display()), parent));
     }
     Ok(())
 }

@@ -71,10 +71,10 @@ pub struct JudgingArguments {
     #[arg(long, value_enum, default_value_t = BuildChoice::Z, allow_hyphen_values = true)]
     pub build: BuildChoice,
     /// Overhang angle, in degrees from the horizontal: surface that faces down at a smaller angle counts as overhang
-    #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
+    #[arg(long, value_name = "DEGREES", default_value_t = 45.0, allow_hyphen_values = true)]
     pub overhang_angle: f64,
     /// Constant K of the Kozeny–Carman estimate of permeability
-    #[arg(long, value_name = "K", default_value_t = 5.0)]
+    #[arg(long, value_name = "K", default_value_t = 5.0, allow_hyphen_values = true)]
     pub kozeny: f64,
 }
 
@@ -87,7 +87,7 @@ pub struct RasterArguments {
     /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
-    /// Rays along the longest side of the raster for tortuosity
+    /// Most rays along the longest side of the raster for tortuosity, whose pitch is a whole multiple of the report's
     #[arg(long, value_name = "N", default_value_t = 128)]
     pub tortuosity_resolution: u32,
     #[command(flatten)]
