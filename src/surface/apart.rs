@@ -4,10 +4,12 @@
 //! If that leaves edges or vertices at which several parts of the surface touch, these are separated. All others of one
 //! position are moved apart by single steps of the file's precision: into the solid, or out of it where that lies between them.
 
+use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::cones::Cone;
 use super::fans::{retain, separate};
 use super::manifold::{Stars, welded};
 use crate::mesh::{Precision, TriangleMesh};
@@ -254,11 +256,9 @@ fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
         }
         let stars = stars.get_or_insert_with(|| Stars::of(mesh));
         for group in groups(&pairs) {
-            // The first stays, and each further one goes farther.
-            for (steps, &vertex) in (0..).zip(&group).skip(1) {
-                let inwards = inwards(mesh, stars, vertex);
-                let is_between = is_solid_between(mesh, stars, vertex, &group[..steps as usize]);
-                let away = if is_between { -inwards } else { inwards };
+            // The first stays.
+            let partings = partings(mesh, stars, &group);
+            for (&vertex, (away, steps)) in group[1..].iter().zip(partings) {
                 let position = &mut mesh.positions[vertex as usize];
                 *position = stepped(*position, away, steps + (round - 1) / 8, precision);
                 moved.insert(vertex);
@@ -268,53 +268,28 @@ fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
     moved.len()
 }
 
-/// Returns whether solid lies between the surface at a vertex and that at others of its position, as it does at a cavity that touches
-/// a face from within; else there is a gap.
-fn is_solid_between(mesh: &TriangleMesh, stars: &Stars, vertex: u32, others: &[u32]) -> bool {
-    /// Heights over sectors, which are of unit length, that are rounding.
-    const ROUNDED: f64 = 1e-9;
-    let sectors = |vertex: u32| {
-        let mut star = stars.corners_at(vertex as usize).to_vec();
-        star.sort_unstable();
-        star.into_iter().filter_map(|corner| Sector::of(mesh, corner)).collect::<Vec<Sector>>()
+/// Returns for each vertex of one position but the first the direction away from the first, and the number of steps: of surfaces on
+/// one side of the first, the farther ones go farther.
+fn partings(mesh: &TriangleMesh, stars: &Stars, group: &[u32]) -> Vec<(DVec3, i32)> {
+    let cones: Vec<Cone> = group.iter().map(|&vertex| Cone::at(mesh, stars, vertex)).collect();
+    let first = &cones[0];
+    let of_first: Vec<Ordering> = cones.iter().map(|cone| first.side_of(cone)).collect();
+    let parting = |place: usize| {
+        let (own, inwards) = (&cones[place], inwards(mesh, stars, group[place]));
+        let side = own.side_of(first);
+        // Into the solid, or out of it where it lies between.
+        let away = if side == Ordering::Less { -inwards } else { inwards };
+        let is_nearer = |&other: &usize| {
+            let is_beside = other != place && of_first[other] == of_first[place];
+            is_beside
+                && match own.side_of(&cones[other]) {
+                    Ordering::Equal => other < place,
+                    of_other => of_other == side,
+                }
+        };
+        (away, 1 + (1..group.len()).filter(is_nearer).count() as i32)
     };
-    let own = sectors(vertex);
-    let heights = others.iter().flat_map(|&other| sectors(other)).map(|sector| {
-        let middle = (sector.sides[0] + sector.sides[1]).normalize_or_zero();
-        let nearest = own.iter().map(|own| own.distance_and_height(middle)).min_by(|a, b| {
-            // Of two at a side, that over which it is higher has the side of both.
-            a.0.total_cmp(&b.0).then(b.1.abs().total_cmp(&a.1.abs()))
-        });
-        nearest.map_or(0.0, |(distance, height)| distance.copysign(height))
-    });
-    heights.sum::<f64>() < -ROUNDED
-}
-
-/// A triangle at a vertex, continued without an end.
-struct Sector {
-    /// The directions of its sides from the vertex, and its normal, of unit length.
-    sides: [DVec3; 2],
-    normal: DVec3,
-}
-
-impl Sector {
-    /// Returns that of a corner of a triangle, if this has an area.
-    fn of(mesh: &TriangleMesh, corner: u32) -> Option<Sector> {
-        let mut corners = mesh.triangles[corner as usize / 3].map(|index| mesh.positions[index as usize]);
-        corners.rotate_left(corner as usize % 3);
-        let [at, b, c] = corners;
-        let sides = [(b - at).try_normalize()?, (c - at).try_normalize()?];
-        Some(Sector { sides, normal: sides[0].cross(sides[1]).try_normalize()? })
-    }
-
-    /// Returns the distance of a place, relative to the vertex, and its height over the plane.
-    fn distance_and_height(&self, place: DVec3) -> (f64, f64) {
-        let ([b, c], height) = (self.sides, self.normal.dot(place));
-        let is_over = self.normal.dot(b.cross(place)) >= 0.0 && self.normal.dot(place.cross(c)) >= 0.0;
-        let from_side = |side: DVec3| place.distance(side * side.dot(place).max(0.0));
-        let distance = if is_over { height.abs() } else { from_side(b).min(from_side(c)) };
-        (distance, height)
-    }
+    (1..group.len()).map(parting).collect()
 }
 
 /// Returns a vector from a vertex into the solid.

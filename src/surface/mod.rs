@@ -31,6 +31,7 @@
 
 mod apart;
 mod cells;
+mod cones;
 mod cuts;
 mod edges;
 mod fans;

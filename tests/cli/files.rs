@@ -263,7 +263,7 @@ fn coordinates_that_a_format_rounds_warn_and_spoiled_ones_are_refused() {
 }
 
 #[test]
-fn cavities_that_touch_faces_from_within_stay_within() {
+fn surfaces_that_touch_in_a_vertex_are_parted_without_crossing() {
     let folder = Folder::new();
     folder.run(&["generate", "cuboid", "-o", "box.stl", "--min", "-10,-10,-10", "--max", "10,10,10"]).code(0);
     folder.run(&["generate", "sphere", "--radius", "10", "-o", "ball.stl"]).code(0);
@@ -278,6 +278,35 @@ fn cavities_that_touch_faces_from_within_stay_within() {
                 folder.run(&[operation, "box.stl", cavity, "--unit", "mm", "-o", file]).code(0);
                 folder.run(&["check", file]).code(0);
             }
+        }
+    }
+    // The tip of a spike on the tip of a hill.
+    let pyramid = |turn: f64, radius: f64, base: f64| {
+        let corner = |angle: f64| {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            [radius * cos, radius * sin, base]
+        };
+        let [a, b, c] = [turn, turn + 120.0, turn + 240.0].map(corner);
+        let tip = [0.0, 0.0, 10.0];
+        let sides = [[tip, a, b], [tip, b, c], [tip, c, a], [a, c, b]];
+        if base < 10.0 { sides } else { sides.map(|[a, b, c]| [a, c, b]) }
+    };
+    folder.stl("hill.stl", &pyramid(90.0, 10.0, 8.0));
+    for (turn, radius) in [(0.0, 0.3), (60.0, 0.3), (60.0, 2.0)] {
+        folder.stl("above.stl", &pyramid(90.0 + turn, radius, 15.0));
+        for inputs in [["hill.stl", "above.stl"], ["above.stl", "hill.stl"]] {
+            folder.run(&["union", inputs[0], inputs[1], "--unit", "mm", "-o", "out.obj"]).code(0);
+            let checked = folder.run(&["check", "out.obj"]).code(0);
+            assert!(!checked.stderr().contains("touch or cross"), "{}", checked.stderr());
+        }
+    }
+    // Spikes on both sides of a face.
+    folder.stl("above.stl", &pyramid(30.0, 0.5, 15.0));
+    folder.stl("within.stl", &pyramid(30.0, 0.5, 5.0));
+    for inputs in [["above.stl", "within.stl", "box.stl"], ["box.stl", "within.stl", "above.stl"]] {
+        for file in ["out.stl", "out.obj"] {
+            folder.run(&[&["xor"], &inputs[..], &["--unit", "mm", "-o", file]].concat()).code(0);
+            folder.run(&["check", file]).code(0);
         }
     }
     // Beside one another they touch from outside.
