@@ -69,7 +69,7 @@ pub fn report_files(
     let limits = job.limits.as_deref().map(|path| limits(path, job.unit)).transpose()?;
     let backends = Backends::open(&job.settings.backend)?;
     if let Some(second) = &job.compare {
-        // Half of a comparison would be left of one that cannot be read.
+        // If it cannot be read, that shows before the first design is measured for nothing.
         progress.stage(format!("{}: reading", second.path.display()))?;
         input::solids(slice::from_ref(second), InputRequirements { hashes: false, ..requirements(job) })?;
     }

@@ -73,13 +73,15 @@ pub fn admit_equations(study: &Study) -> Result<(), Error> {
     let times = forecast.multiple(pitch);
     let [x, y, z] = node_ranges(region).map(|range| range.len().div_ceil(times as usize));
     let equations = format_args!("{}: the equations of tortuosity on {x} × {y} × {z} nodes", subject.solid.name());
-    let way_out = |factor| match forecast.fewer_equations(pitch) {
+    let way_out = |factor: Option<f64>| match forecast.fewer_equations(pitch) {
         Some(option) => format!("{option} would fit"),
-        None => forecast.coarser(factor),
+        // The fields fit, so that any coarser raster may do.
+        None => forecast.coarser(factor.map(|_| 1.0)),
     };
     memory::admit(&[forecast.cost_of_equations(pitch, times)], forecast.limit, equations, way_out)
 }
 
+/// The memory of equations, on rasters that a report might have.
 struct Forecast<'a> {
     subject: &'a Subject<'a>,
     settings: &'a Settings,

@@ -106,9 +106,9 @@ pub fn measure(
     let region = images.region();
     let planes = NodePlanes::new(&images.solid, Mode::Exact).expect("images along the three axes of one grid");
     let solid = clock.time("sampling", || NodeSet::of_planes(&planes));
-    let coarser = clock.time("sampling", || subject.check_volumes(&grid, settings.fill, sampler))?;
     let study = Study { subject, settings, images: &images, region: &region, solid };
     forecast::admit_equations(&study)?;
+    let coarser = clock.time("sampling", || subject.check_volumes(&grid, settings.fill, sampler))?;
     progress.step()?;
 
     stage("rays and facets")?;

@@ -105,12 +105,13 @@ fn coarse(study: &Study) -> Result<Grid, Error> {
 }
 
 /// Returns the pitch of a raster for equations, in pitches of a report with so many rays along each axis: the least at which there are
-/// at most `most` along the longest. A periodic cell must be whole pitches of both; where none is as long, it is the longest.
+/// at most `most` along the longest. A periodic cell must be whole pitches of both; where no raster of at least half as many rays
+/// divides it, the next finer one that does is taken.
 pub fn multiple(rays: [u32; 3], most: u32, edges: BoundaryCondition) -> u32 {
     let longest = rays.into_iter().max().unwrap_or(1);
     let least = longest.div_ceil(most);
     let fits = |times: &u32| edges != BoundaryCondition::Periodic || rays.iter().all(|count| count % times == 0);
-    (least..=longest).find(fits).or_else(|| (1..least).rev().find(fits)).unwrap_or(1)
+    (least..=least.saturating_mul(2)).find(fits).or_else(|| (1..least).rev().find(fits)).unwrap_or(1)
 }
 
 #[cfg(test)]
@@ -118,13 +119,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equations_are_on_the_finest_raster_allowed_or_else_the_coarsest() {
+    fn equations_are_on_the_finest_raster_allowed_or_else_the_next_finer_one() {
         assert_eq!(multiple([256, 200, 9], 128, BoundaryCondition::Border), 2);
         assert_eq!(multiple([128, 128, 128], 128, BoundaryCondition::Periodic), 1);
         // 3 divides the first side, and not the others.
         assert_eq!(multiple([300, 200, 100], 128, BoundaryCondition::Periodic), 4);
-        // No multiple of 5 or more divides all sides.
+        // Nothing from 5 to 10 divides all sides.
         assert_eq!(multiple([602, 400, 200], 128, BoundaryCondition::Periodic), 2);
         assert_eq!(multiple([301, 200, 100], 128, BoundaryCondition::Periodic), 1);
+        // Nor does one below the whole cell, which would leave one node.
+        assert_eq!(multiple([131, 131, 131], 128, BoundaryCondition::Periodic), 1);
+        assert_eq!(multiple([262, 262, 262], 128, BoundaryCondition::Periodic), 2);
     }
 }
