@@ -78,17 +78,19 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
     }
     // The number of decimals at which the error has two digits.
     let digits = 1 - error.log10().floor() as i32;
-    let is_plain = plain(value.abs().max(error));
-    if is_plain && (-3..=9).contains(&digits) {
+    let is_plain = plain(value.abs().max(error)) && digits >= -3;
+    if is_plain && digits <= 9 {
         let digits = digits.max(0) as usize;
         return (format!("{value:.digits$}"), format!("{error:.digits$}"));
     }
     let error = format!("{error:.1e}");
-    if is_plain && (10..=12).contains(&digits) {
-        return (format!("{value:.*}", digits as usize), error);
-    }
     if value == 0.0 {
         return ("0".to_owned(), error);
+    }
+    if is_plain {
+        // Those that f64 has.
+        let digits = digits.min(15 - value.abs().log10().floor() as i32) as usize;
+        return (format!("{value:.digits$}"), error);
     }
     let significant = (value.abs().log10().floor() as i32 + digits).clamp(1, 15) as usize;
     (format!("{value:.significant$e}"), error)
@@ -137,6 +139,9 @@ mod tests {
         assert_eq!(written(0.0, 1.4e-5), "0 ± 1.4e-5");
         assert_eq!(written(2.5e20, 1.0e17), "2.5000e20 ± 1.0e17");
         assert_eq!(written(4_171.995_755_484_972, 4.2e-9), "4171.9957554850 ± 4.2e-9");
+        assert_eq!(written(0.1234, 2.0e-13), "0.12340000000000 ± 2.0e-13");
+        assert_eq!(written(1234.5, 2.0e-12), "1234.500000000000 ± 2.0e-12");
+        assert_eq!(written(0.0, 2.0e-13), "0 ± 2.0e-13");
         assert_eq!(written(1.234_567_890_123e-5, 1.2e-16), "1.234567890123e-5 ± 1.2e-16");
     }
 

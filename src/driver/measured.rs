@@ -363,15 +363,17 @@ impl Measured {
                 let (most, unit) = (rounded_up(value + error), unit::suffix(self.unit, 3));
                 return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
             }
-            if self.unclosed > 0 {
-                return format!(
-                    "the volume may be off by {much}: rays that do not close count as empty; repair the mesh"
-                );
+            let pitch = unit::rounded(self.grid.pitch(), self.unit);
+            match self.unclosed {
+                0 => format!(
+                    "the volume may be off by {much}: too few rays meet the solid at a pitch of {pitch}; {finer} or set \
+                     --tolerance"
+                ),
+                rays => format!(
+                    "the volume may be off by {much}: {rays} rays do not close and count as empty, and at a pitch of {pitch} too \
+                     few may meet the solid; repair the mesh, or {finer}"
+                ),
             }
-            format!(
-                "the volume may be off by {much}: too few rays meet the solid at a pitch of {}; {finer} or set --tolerance",
-                unit::rounded(self.grid.pitch(), self.unit)
-            )
         };
         // A refinement has said what it came to.
         if self.refinement.is_some() && self.volume.method != Method::Exact {
