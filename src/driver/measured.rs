@@ -370,8 +370,8 @@ impl Measured {
                      --tolerance"
                 ),
                 rays => format!(
-                    "the volume may be off by {much}: {rays} rays do not close and count as empty, and at a pitch of {pitch} too \
-                     few may meet the solid; repair the mesh, or {finer}"
+                    "the volume may be off by {much}: rays that do not close ({rays}) count as empty, and at a pitch of {pitch} \
+                     too few may meet the solid; repair the mesh, or {finer}"
                 ),
             }
         };

@@ -12,6 +12,7 @@ use glam::DVec3;
 use super::cones::Cone;
 use super::fans::{retain, separate};
 use super::manifold::{Stars, welded};
+use crate::cancel::checkpoint;
 use crate::mesh::{Precision, TriangleMesh};
 use crate::parallel::*;
 use crate::union_find::UnionFind;
@@ -268,26 +269,37 @@ fn step_apart(mesh: &mut TriangleMesh, precision: Precision) -> usize {
     moved.len()
 }
 
+/// Most vertices of one position of which each is compared with all others.
+const FEW: usize = 16;
+
 /// Returns for each vertex of one position but the first the direction away from the first, and the number of steps: of surfaces on
-/// one side of the first, the farther ones go farther.
+/// one side of the first, those behind others go farther.
 fn partings(mesh: &TriangleMesh, stars: &Stars, group: &[u32]) -> Vec<(DVec3, i32)> {
+    checkpoint();
     let cones: Vec<Cone> = group.iter().map(|&vertex| Cone::at(mesh, stars, vertex)).collect();
-    let first = &cones[0];
-    let of_first: Vec<Ordering> = cones.iter().map(|cone| first.side_of(cone)).collect();
+    let of_first: Vec<Ordering> = cones.iter().map(|cone| cones[0].side_of(cone)).collect();
+    // The side of each on which the first lies.
+    let to_first: Vec<Ordering> = cones.iter().map(|cone| cone.side_of(&cones[0])).collect();
+    let faces_first = |place: usize, other: usize| match cones[place].side_of(&cones[other]) {
+        Ordering::Equal => None,
+        side => Some(side == to_first[place]),
+    };
+    // Those that both have the other before them, or neither, lie side by side.
+    let is_before = |other: usize, place: usize| match (faces_first(place, other), faces_first(other, place)) {
+        (Some(true), Some(false)) => true,
+        (Some(false), Some(true)) => false,
+        _ => other < place,
+    };
     let parting = |place: usize| {
-        let (own, inwards) = (&cones[place], inwards(mesh, stars, group[place]));
-        let side = own.side_of(first);
+        let inwards = inwards(mesh, stars, group[place]);
         // Into the solid, or out of it where it lies between.
-        let away = if side == Ordering::Less { -inwards } else { inwards };
-        let is_nearer = |&other: &usize| {
-            let is_beside = other != place && of_first[other] == of_first[place];
-            is_beside
-                && match own.side_of(&cones[other]) {
-                    Ordering::Equal => other < place,
-                    of_other => of_other == side,
-                }
+        let away = if to_first[place] == Ordering::Less { -inwards } else { inwards };
+        let is_beside = |other: &usize| *other != place && of_first[*other] == of_first[place];
+        let before = match group.len() <= FEW {
+            true => (1..group.len()).filter(is_beside).filter(|&other| is_before(other, place)).count(),
+            false => place - 1,
         };
-        (away, 1 + (1..group.len()).filter(is_nearer).count() as i32)
+        (away, 1 + before as i32)
     };
     (1..group.len()).map(parting).collect()
 }
@@ -362,6 +374,29 @@ mod tests {
                     .all(|position| position.min_element() > 1.0 || position.max_element() > 1.5)
             );
             assert!(mesh.positions[..first as usize].iter().all(|position| position.max_element() <= 1.0));
+        }
+    }
+
+    #[test]
+    fn many_needles_with_one_tip_are_moved_apart_at_once() {
+        for side in [3, 4, 12] {
+            let mut mesh = TriangleMesh { positions: Vec::new(), triangles: Vec::new() };
+            for needle in 0..side * side {
+                let first = 4 * needle;
+                let base = DVec3::new(2.0 + 0.1 * f64::from(needle % side), 2.0 + 0.1 * f64::from(needle / side), 4.0);
+                let corners = [DVec3::ZERO, DVec3::new(0.05, 0.0, 0.0), DVec3::new(0.0, 0.05, 0.0)];
+                mesh.positions.extend([DVec3::ONE].into_iter().chain(corners.map(|corner| base + corner)));
+                let triangles = [[1, 2, 3], [0, 2, 1], [0, 3, 2], [0, 1, 3]];
+                mesh.triangles.extend(triangles.map(|triangle| triangle.map(|index| index + first)));
+            }
+            mesh.positions.iter_mut().for_each(|position| *position = Precision::Single.round(*position));
+            assert_eq!(step_apart(&mut mesh, Precision::Single), side as usize * side as usize - 1);
+            let report = ManifoldReport::of(&mesh, Precision::Single);
+            assert!(report.passed() && report.signed_volume > 0.0, "{:?}", report.failures());
+            // Not farther than a step for each.
+            let tips = mesh.positions.iter().step_by(4);
+            let farthest = tips.map(|tip| (*tip - 1.0).abs().max_element()).fold(0.0, f64::max);
+            assert!(farthest <= f64::from(side * side) * f64::from(f32::EPSILON), "{side}: {farthest}");
         }
     }
 

@@ -43,9 +43,17 @@ impl Cone {
     /// Returns on which side another cone with the same apex lies, which does not cross this one: greater on the outer side, with a gap
     /// between, less on the inner side, with solid between, and equal where the two coincide.
     pub fn side_of(&self, other: &Cone) -> Ordering {
-        let middles = other.sectors.iter().filter_map(|sector| (sector.sides[0] + sector.sides[1]).try_normalize());
-        let distance: f64 = middles.map(|middle| self.signed_distance(middle)).sum();
+        let distance: f64 = other.directions().map(|direction| self.signed_distance(direction)).sum();
         if distance.abs() <= ROUNDED { Ordering::Equal } else { distance.total_cmp(&0.0) }
+    }
+
+    /// Returns directions along it: both sides of each sector, and three between.
+    fn directions(&self) -> impl Iterator<Item = DVec3> {
+        let of_sector = |sector: &Sector| {
+            let [b, c] = sector.sides;
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| b.lerp(c, share))
+        };
+        self.sectors.iter().flat_map(of_sector).filter_map(DVec3::try_normalize)
     }
 
     /// Returns the distance of a direction of unit length, positive on the outer side.
@@ -96,6 +104,21 @@ mod tests {
         let mesh = TriangleMesh { positions, triangles };
         let cone = Cone::at(&mesh, &Stars::of(&mesh), 0);
         (mesh, cone)
+    }
+
+    #[test]
+    fn cones_that_touch_along_edges_lie_on_a_side() {
+        // The edges of the lower one run along the middles of the other's faces.
+        let [upper, lower] =
+            [[[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]], [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]]
+                .map(|corners: [[f64; 2]; 4]| {
+                    let corners = corners.map(|[x, y]| DVec3::new(x, y, -1.0));
+                    let positions = [DVec3::ZERO].into_iter().chain(corners).collect();
+                    let mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]] };
+                    Cone::at(&mesh, &Stars::of(&mesh), 0)
+                });
+        assert_eq!(upper.side_of(&lower), Ordering::Less);
+        assert_eq!(lower.side_of(&upper), Ordering::Greater);
     }
 
     #[test]

@@ -105,13 +105,17 @@ fn coarse(study: &Study) -> Result<Grid, Error> {
 }
 
 /// Returns the pitch of a raster for equations, in pitches of a report with so many rays along each axis: the least at which there are
-/// at most `most` along the longest. A periodic cell must be whole pitches of both; where no raster of at least half as many rays
-/// divides it, the next finer one that does is taken.
+/// at most `most` along the longest. A periodic cell must be whole pitches of both; where no raster of at least half as many rays, and
+/// of two, divides it, the next finer one that does is taken.
 pub fn multiple(rays: [u32; 3], most: u32, edges: BoundaryCondition) -> u32 {
     let longest = rays.into_iter().max().unwrap_or(1);
     let least = longest.div_ceil(most);
-    let fits = |times: &u32| edges != BoundaryCondition::Periodic || rays.iter().all(|count| count % times == 0);
-    (least..=least.saturating_mul(2)).find(fits).or_else(|| (1..least).rev().find(fits)).unwrap_or(1)
+    if edges != BoundaryCondition::Periodic {
+        return least;
+    }
+    let divides = |times: &u32| rays.iter().all(|count| count % times == 0);
+    let coarsest = least.saturating_mul(2).min(longest / 2);
+    (least..=coarsest).find(divides).or_else(|| (1..least).rev().find(divides)).unwrap_or(1)
 }
 
 #[cfg(test)]
@@ -130,5 +134,7 @@ mod tests {
         // Nor does one below the whole cell, which would leave one node.
         assert_eq!(multiple([131, 131, 131], 128, BoundaryCondition::Periodic), 1);
         assert_eq!(multiple([262, 262, 262], 128, BoundaryCondition::Periodic), 2);
+        assert_eq!(multiple([131, 131, 131], 2, BoundaryCondition::Periodic), 1);
+        assert_eq!(multiple([5, 5, 5], 2, BoundaryCondition::Border), 3);
     }
 }
