@@ -33,8 +33,8 @@ impl TypedVolume {
         let Some((own, symbol)) = &self.unit else { return Ok([self.value; 2]) };
         let Some(unit) = unit else {
             return Err(Error::input(format!(
-                "{what} {self}: the input states no unit, so {symbol} cannot be converted; state the unit of its coordinates with \
-                 --unit, or give the volume in its cube, without its name"
+                "{what} {self}: the input states no unit, so {symbol} cannot be converted; state the unit of its coordinates \
+                 (--unit mm, say), or give the volume in its cube, without its name"
             )));
         };
         let value = self.value * own / cubed(unit);

@@ -33,8 +33,8 @@ impl Length {
 pub fn no_unit(length: &str, own: LengthUnit) -> String {
     let symbol = unit::symbol(own, 1);
     format!(
-        "{length}: the input states no unit, so {symbol} cannot be converted; state the unit of its coordinates with --unit, or \
-         give the length in that unit, without its name"
+        "{length}: the input states no unit, so {symbol} cannot be converted; state the unit of its coordinates (--unit mm, say), \
+         or give the length in that unit, without its name"
     )
 }
 

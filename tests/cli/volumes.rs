@@ -221,7 +221,7 @@ fn bounds_of_unmet_results_that_print_the_same_are_a_value() {
     let arguments =
         ["union", "needle.stl", "crumb.stl", "--estimate", "--resolution", "10", "--axis", "x", "--unit", "mm"];
     let run = folder.run(&arguments).code(0);
-    assert!(run.stdout().starts_with("union       1.000000"), "{}", run.stdout());
+    assert!(run.stdout().starts_with("union       0.010000"), "{}", run.stdout());
     assert!(!run.stdout().contains("at least") && run.stdout().contains(" ± "), "{}", run.stdout());
     assert!(!run.stderr().contains("at least"), "{}", run.stderr());
 }
