@@ -195,7 +195,9 @@ mod tests {
             let mut largest = vec![0.0f64; count];
             for (i, [a, b, c]) in before.iter().enumerate() {
                 let inside = (1..24).flat_map(|u| (0..24 - u).map(move |v| [u, v].map(|i| f64::from(i) / 24.0)));
-                for [u, v] in inside {
+                // Differences are largest at the middle, and on the sides that end there.
+                let beside = (0..480).map(|i| f64::from(i) / 480.0).flat_map(|along| [[along.max(1e-3), 0.0], [1e-3, along]]);
+                for [u, v] in inside.chain(beside) {
                     let point = *a + (*b - *a) * u + (*c - *a) * (v + 1e-3);
                     for (triangle, error) in after.iter().zip(&of_after) {
                         if let Some(difference) = along_line(point, normal, *triangle) {
@@ -209,8 +211,8 @@ mod tests {
             for (i, largest) in largest.into_iter().enumerate() {
                 let difference = fan.difference(i);
                 prop_assert!(largest <= difference + 1e-9, "{largest} {difference}");
-                // The largest one is between two of the points.
-                prop_assert!(difference <= largest + 0.3, "{largest} {difference}");
+                // The largest one is near one of the points.
+                prop_assert!(difference <= largest + 0.1, "{largest} {difference}");
             }
         }
     }
