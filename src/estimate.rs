@@ -88,7 +88,7 @@ pub fn with_error(value: f64, error: f64) -> (String, String) {
         return ("0".to_owned(), error);
     }
     if is_plain {
-        // Those that f64 has.
+        // Not more than f64 has.
         let digits = digits.min(15 - value.abs().log10().floor() as i32) as usize;
         return (format!("{value:.digits$}"), error);
     }

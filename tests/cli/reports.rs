@@ -265,7 +265,7 @@ fn impossible_reports_are_refused_before_measuring() {
     refused(&["a.stl", "--roi", "b.stl", "-o", "out", "--edges", "periodic"], "--roi");
     // What is advised for a period has sides of whole numbers of pitches.
     folder.stl("cell.stl", &cuboid([0.0; 3], [3.0, 2.0, 1.0]));
-    periodic_reports_are_advised(&folder, "cell.stl", "300");
+    periodic_reports_are_advised(&folder);
     refused(&["a.stl", "b.stl", "--compare", "a.stl", "-o", "out"], "--compare");
     refused(&["a.stl", "--compare", "open.stl", "-o", "out"], "open.stl");
     refused(&["a.stl", "--compare", "missing.stl", "-o", "out"], "missing.stl");
@@ -278,10 +278,10 @@ fn impossible_reports_are_refused_before_measuring() {
 
 /// Runs reports on a periodic cell whose fields do not fit into memory, and one whose equations do not, and then what is advised.
 #[track_caller]
-fn periodic_reports_are_advised(folder: &Folder, cell: &str, rays: &str) {
+fn periodic_reports_are_advised(folder: &Folder) {
     let report = |options: &[&str]| {
         let flags = ["--unit", "mm", "--edges", "periodic", "--memory", "40M"];
-        folder.run(&[&["report", cell], &flags[..], options].concat())
+        folder.run(&[&["report", "cell.stl"], &flags[..], options].concat())
     };
     let advised = |refusal: &str, option: &str| {
         let words: Vec<&str> = refusal.split([' ', ',', '\n']).collect();
@@ -289,8 +289,9 @@ fn periodic_reports_are_advised(folder: &Folder, cell: &str, rays: &str) {
         words[at + 1].parse::<u32>().unwrap().to_string()
     };
     let equations = "--tortuosity-resolution";
-    let refusal = report(&["--resolution", rays, equations, "1000"]).code(3).says(&["the fields of"]).stderr();
+    let refusal = report(&["--resolution", "300", equations, "1000"]).code(3).says(&["the fields of"]).stderr();
     let [fewer, of_equations] = ["--resolution", equations].map(|option| advised(&refusal, option));
+    assert!((30..300).contains(&fewer.parse::<u32>().unwrap()), "{refusal}");
     report(&["--resolution", &fewer, equations, &of_equations]).code(0);
     let refusal = report(&["--resolution", &fewer, equations, "1000"]).code(3).says(&["the equations of"]).stderr();
     report(&["--resolution", &fewer, equations, &advised(&refusal, equations)]).code(0);

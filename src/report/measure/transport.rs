@@ -104,9 +104,9 @@ fn coarse(study: &Study) -> Result<Grid, Error> {
     }
 }
 
-/// Returns the pitch of a raster for equations, in pitches of a report with so many rays along each axis: the least at which there are
-/// at most `most` along the longest. A periodic cell must be whole pitches of both; where no raster of at least half as many rays, and
-/// of two, divides it, the next finer one that does is taken.
+/// Returns the pitch of the raster for equations as a multiple of that of a report with so many rays along each axis: the least that
+/// gives at most `most` rays along the longest. A raster of a periodic cell must divide it: where none of half to all of `most` rays
+/// does, or only one with a single ray, it is the next finer one that does.
 pub fn multiple(rays: [u32; 3], most: u32, edges: BoundaryCondition) -> u32 {
     let longest = rays.into_iter().max().unwrap_or(1);
     let least = longest.div_ceil(most);
