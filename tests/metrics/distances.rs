@@ -43,7 +43,7 @@ impl Balls {
     }
 
     fn spans(&self, scene: &Scene, axis: Axis, edges: BoundaryCondition) -> f64 {
-        let rooms = radii(self.field.values(), &self.nodes, &largest_balls(&self.field, &self.nodes));
+        let rooms = radii(self.field.values().to_vec(), &self.nodes, &largest_balls(&self.field, &self.nodes));
         let ends = Ends::of_raster(self.nodes.size(), axis);
         percolation(&rooms, &self.nodes, &ends, edges).unwrap().diameter * scene.pitch()
     }
@@ -188,8 +188,12 @@ fn access_starts_at_the_open_share_and_never_rises_with_ball_size() {
         let region = scene.region();
         let Balls { nodes, field } = Balls::of(&scene, Phase::Pore, BoundaryCondition::Clip);
         let balls = largest_balls(&field, &nodes);
-        let gets_there =
-            bottlenecks(&radii(field.values(), &nodes, &balls), &nodes, &rim(region.nodes()), BoundaryCondition::Clip);
+        let gets_there = bottlenecks(
+            &radii(field.values().to_vec(), &nodes, &balls),
+            &nodes,
+            &rim(region.nodes()),
+            BoundaryCondition::Clip,
+        );
         let open = open_pores(&nodes, region.nodes(), BoundaryCondition::Clip);
         let [columns, rows, _] = nodes.size();
         let is_reached = |[x, y, z]: [usize; 3]| gets_there[(z * rows + y) * columns + x] > 0.0;

@@ -15,8 +15,9 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use crate::parallel::*;
 
-use super::steps::{Cube, LEAST, MIDDLE, Steps, bits};
-use crate::bits::ones;
+use super::steps::{Cube, LEAST, MIDDLE, Row, Steps, bits};
+use crate::allocation::zeroed;
+use crate::bits::{Ones, ones};
 use crate::cancel::checkpoint;
 use crate::metrics::NodeSet;
 
@@ -30,6 +31,9 @@ const BASIN: u32 = 1 << 31;
 /// end.
 const BEFORE: Cube = (1 << MIDDLE) - 1;
 
+/// Neighbouring nodes of a row that are looked at side by side.
+const LANES: usize = 8;
+
 /// Number of pairs of basins whose last pass is remembered.
 const RECENT: usize = 1 << 10;
 
@@ -40,87 +44,23 @@ const WAITING: usize = 1 << 16;
 pub(super) struct Basins<'a> {
     steps: &'a Steps<'a>,
     radii: &'a [f32],
-    /// The basin of each node.
-    of: Vec<AtomicU32>,
+    /// The basin of each node with the flag [`BASIN`], or [`NONE`].
+    of: Vec<u32>,
     count: usize,
 }
 
 impl<'a> Basins<'a> {
     pub fn new(steps: &'a Steps<'a>, radii: &'a [f32]) -> Basins<'a> {
         assert!(radii.len() < BASIN as usize, "{} nodes; fewer than 2³¹ are possible", radii.len());
-        let of = (0..radii.len()).into_par_iter().with_min_len(1 << 14).map(|_| AtomicU32::new(NONE)).collect();
-        let mut basins = Basins { steps, radii, of, count: 0 };
-        basins.go_up();
-        basins.follow();
-        basins.number();
-        basins
-    }
-
-    /// Makes each node point to the neighbour with the largest radius, or to itself if none has a larger one. Of equal radii,
-    /// the later node counts as larger.
-    fn go_up(&self) {
-        self.each_row(&|y, z| {
-            let row = self.steps.row(y, z);
-            for x in self.steps.members(y, z) {
-                let own = row.number(x, MIDDLE);
-                let order = |node: u32| (self.radii[node as usize], node);
-                let highest = bits(row.from(x))
-                    .map(|bit| order(row.number(x, bit)))
-                    .fold(order(own), |most, other| if other > most { other } else { most });
-                self.of[own as usize].store(highest.1, Relaxed);
-            }
-        });
-    }
-
-    /// Makes each node point to the end of its ascent. Other threads may do the same with nodes on the path meanwhile, which
-    /// only shortens it.
-    fn follow(&self) {
-        self.each_row(&|y, z| {
-            for x in self.steps.members(y, z) {
-                let own = self.steps.index([x, y, z]);
-                let mut node = own;
-                loop {
-                    let next = self.of[node as usize].load(Relaxed);
-                    if next == node {
-                        break;
-                    }
-                    node = next;
-                }
-                self.of[own as usize].store(node, Relaxed);
-            }
-        });
-    }
-
-    /// Numbers basins in the order of their highest nodes.
-    fn number(&mut self) {
-        let [_, height, depth] = self.steps.size();
-        let steps = self.steps;
-        let tops: Vec<Vec<u32>> = (0..depth)
-            .into_par_iter()
-            .map(|z| {
-                let row = |y| steps.members(y, z).map(move |x| steps.index([x, y, z]));
-                (0..height).flat_map(row).filter(|&node| self.of[node as usize].load(Relaxed) == node).collect()
-            })
-            .collect();
-        for top in tops.into_iter().flatten() {
-            *self.of[top as usize].get_mut() = BASIN | self.count as u32;
-            self.count += 1;
-        }
-        self.each_row(&|y, z| {
-            for x in self.steps.members(y, z) {
-                let node = self.steps.index([x, y, z]) as usize;
-                let top = self.of[node].load(Relaxed);
-                if top & BASIN == 0 {
-                    self.of[node].store(self.of[top as usize].load(Relaxed), Relaxed);
-                }
-            }
-        });
+        let mut of = go_up(steps, radii);
+        let count = number(&mut of, steps.size());
+        Basins { steps, radii, of: follow(steps, of), count }
     }
 
     /// Returns the basin of a node of the set.
     #[inline]
     fn of(&self, node: u32) -> u32 {
-        self.of[node as usize].load(Relaxed) & !BASIN
+        self.of[node as usize] & !BASIN
     }
 
     #[inline]
@@ -128,22 +68,19 @@ impl<'a> Basins<'a> {
         self.radii[node as usize].max(LEAST)
     }
 
-    fn each_row(&self, work: &(dyn Fn(usize, usize) + Sync)) {
-        let [_, height, depth] = self.steps.size();
-        (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| {
-            checkpoint();
-            work(row % height, row / height);
-        });
-    }
-
     /// Returns the bottlenecks of all nodes, from sources that belong to the set.
     pub fn bottlenecks(self, sources: &NodeSet) -> Vec<f32> {
         let of_basins = self.search(self.begins(sources), &self.passes());
-        let bottleneck = |(basin, &radius): (AtomicU32, &f32)| match basin.into_inner() {
-            NONE => 0.0,
-            basin => of_basins[(basin & !BASIN) as usize].min(radius.max(LEAST)),
-        };
-        self.of.into_par_iter().zip(self.radii).with_min_len(1 << 14).map(bottleneck).collect()
+        let mut of = self.of;
+        let values = of.par_iter_mut().zip(self.radii).with_min_len(1 << 14);
+        values.for_each(|(value, &radius)| {
+            let bottleneck = match *value {
+                NONE => 0.0,
+                basin => of_basins[(basin & !BASIN) as usize].min(radius.max(LEAST)),
+            };
+            *value = bottleneck.to_bits();
+        });
+        bytemuck::cast_vec(of)
     }
 
     /// Returns for each basin the largest radius at a source, 0 where there is none.
@@ -173,8 +110,8 @@ impl<'a> Basins<'a> {
         let mut last = [u32::MAX; RECENT];
         for y in 0..height {
             let row = self.steps.row(y, z);
-            for x in self.steps.members(y, z) {
-                let own = self.steps.index([x, y, z]);
+            for x in self.near_others(&row) {
+                let own = row.number(x, MIDDLE);
                 let basin = self.of(own);
                 for other in bits(row.from(x) & BEFORE).map(|bit| row.number(x, bit)) {
                     let beyond = self.of(other);
@@ -198,6 +135,42 @@ impl<'a> Basins<'a> {
             }
         }
         widest_of_each(passes)
+    }
+
+    /// Returns the nodes of a row without those all of whose neighbours before them are of their own basin, or of none.
+    fn near_others<'r>(&'r self, row: &'r Row) -> impl Iterator<Item = usize> + use<'r, 'a> {
+        let firsts = row.firsts();
+        row.words().iter().enumerate().flat_map(move |(word, &members)| {
+            let groups = (0..64 / LANES).filter(move |group| members >> (group * LANES) & ((1 << LANES) - 1) != 0);
+            groups.flat_map(move |group| {
+                let x = 64 * word + LANES * group;
+                let here = members >> (group * LANES) & self.differ(row, &firsts, x);
+                Ones(here).map(move |bit| x + bit as usize)
+            })
+        })
+    }
+
+    /// Returns which of [`LANES`] nodes of a row, from x on, may have a neighbour before them in another basin, as bits.
+    fn differ(&self, row: &Row, firsts: &[Option<usize>; 9], x: usize) -> u64 {
+        const ALL: u64 = (1 << LANES) - 1;
+        let place = |first: usize, by: usize| (first + x + by).checked_sub(1);
+        let at = |first: usize, by: usize| self.of.get(place(first, by)?..)?.first_chunk::<LANES>();
+        let Some(own) = firsts[4].and_then(|first| at(first, 1)) else { return ALL };
+        // Beyond an end of the row are other rows.
+        if row.wraps() && (x == 0 || x + LANES >= self.steps.size()[0]) {
+            return ALL;
+        }
+        let mut differ = [0u32; LANES];
+        for (place, first) in firsts.iter().enumerate().take(5) {
+            let Some(first) = *first else { continue };
+            for by in 0..if place == 4 { 1 } else { 3 } {
+                let Some(other) = at(first, by) else { return ALL };
+                for lane in 0..LANES {
+                    differ[lane] |= u32::from(other[lane] != own[lane]) & u32::from(other[lane] != NONE);
+                }
+            }
+        }
+        (0..LANES).fold(0, |bits, lane| bits | u64::from(differ[lane]) << lane)
     }
 
     /// Returns the bottlenecks of basins, from those that hold sources.
@@ -234,6 +207,102 @@ impl<'a> Basins<'a> {
         }
         reached
     }
+}
+
+/// Returns for each node of the set the number of the neighbour with the largest radius, or its own if none has a larger one, and
+/// [`NONE`] for others. Of equal radii, that of the later node counts as larger.
+fn go_up(steps: &Steps, radii: &[f32]) -> Vec<u32> {
+    let [width, height, _] = steps.size();
+    let mut highest = zeroed(radii.len());
+    highest.par_chunks_mut(width.max(1)).enumerate().with_min_len(16).for_each(|(row, highest): (_, &mut [u32])| {
+        checkpoint();
+        highest.fill(NONE);
+        let row = steps.row(row % height, row / height);
+        // In the order of the cube, later nodes have greater numbers.
+        let firsts = row.firsts();
+        let firsts = firsts.is_sorted().then(|| firsts.map(|first| first.unwrap_or(0)));
+        let order = |node: u32| (radii[node as usize], node);
+        for (word, &members) in row.words().iter().enumerate() {
+            let inner = firsts.map_or(0, |_| row.inner(word));
+            let mut rest = members;
+            for group in (0..64).step_by(LANES).filter(|group| inner >> group & ((1 << LANES) - 1) != 0) {
+                let x = 64 * word + group;
+                let here = inner & ((1 << LANES) - 1) << group;
+                if let Some(found) = firsts.and_then(|firsts| highest_around(radii, firsts, x)) {
+                    Ones(here).for_each(|bit| highest[64 * word + bit as usize] = found[bit as usize - group]);
+                    rest &= !here;
+                }
+            }
+            for x in Ones(rest).map(|bit| 64 * word + bit as usize) {
+                let around = bits(row.from(x)).map(|bit| order(row.number(x, bit)));
+                let own = order(row.number(x, MIDDLE));
+                highest[x] = around.fold(own, |most, other| if other > most { other } else { most }).1;
+            }
+        }
+    });
+    highest
+}
+
+/// Returns for each of [`LANES`] nodes of a row, from x on, the number of the node with the largest radius of the 27 around it, the
+/// last of several. The rows begin at the given nodes. `None` where they end within the cubes.
+fn highest_around(radii: &[f32], firsts: [usize; 9], x: usize) -> Option<[u32; LANES]> {
+    let (mut most, mut highest) = ([0; LANES], [0; LANES]);
+    for first in firsts {
+        let before = (first + x).checked_sub(1)?;
+        let around: &[f32; LANES + 2] = radii.get(before..)?.first_chunk()?;
+        for by in 0..3 {
+            for lane in 0..LANES {
+                // Positive numbers are in the order of their bits, and below 2³¹.
+                let radius = around[lane + by].to_bits() as i32;
+                let is_higher = (i32::from(radius >= most[lane])).wrapping_neg();
+                most[lane] = radius & is_higher | most[lane] & !is_higher;
+                let number = (before + by + lane) as i32;
+                highest[lane] = number & is_higher | highest[lane] & !is_higher;
+            }
+        }
+    }
+    Some(highest.map(|number| number as u32))
+}
+
+/// Numbers the nodes that point to themselves in their order, marked by [`BASIN`]. Returns their count.
+fn number(highest: &mut [u32], [width, height, _]: [usize; 3]) -> usize {
+    let plane = (width * height).max(1);
+    let tops = |(plane_number, highest): (usize, &[u32])| -> Vec<usize> {
+        let first = plane_number * plane;
+        let is_top = |&(place, &node): &(usize, &u32)| node as usize == first + place;
+        highest.iter().enumerate().filter(is_top).map(|(place, _)| first + place).collect()
+    };
+    let tops: Vec<Vec<usize>> = highest.par_chunks(plane).enumerate().map(tops).collect();
+    let tops = tops.into_iter().flatten();
+    (0..).zip(tops).map(|(basin, top)| highest[top] = BASIN | basin).count()
+}
+
+/// Follows the way up from each node of the set to the basin at its end.
+fn follow(steps: &Steps, highest: Vec<u32>) -> Vec<u32> {
+    let of: Vec<AtomicU32> = highest.into_iter().map(AtomicU32::new).collect();
+    let [_, height, depth] = steps.size();
+    let up = |node: u32| of[node as usize].load(Relaxed);
+    (0..depth * height).into_par_iter().with_min_len(16).for_each(|row| {
+        checkpoint();
+        let (y, z) = (row % height, row / height);
+        for own in steps.members(y, z).map(|x| steps.index([x, y, z])) {
+            let mut basin = up(own);
+            while basin & BASIN == 0 {
+                basin = up(basin);
+            }
+            // Other threads may do the same with nodes on the way meanwhile, which only shortens it.
+            let mut node = own;
+            loop {
+                let next = up(node);
+                if next & BASIN != 0 {
+                    break;
+                }
+                of[node as usize].store(basin, Relaxed);
+                node = next;
+            }
+        }
+    });
+    of.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// A step from one basin to another, and the radius at its narrower end.

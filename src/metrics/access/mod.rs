@@ -43,4 +43,4 @@ mod tests;
 pub use curve::AccessCurve;
 pub use ends::Ends;
 pub use flood::{access_sizes, bottlenecks};
-pub use percolation::{Percolation, percolation};
+pub use percolation::{Percolation, percolation, percolation_between_walls};

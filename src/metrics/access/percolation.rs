@@ -32,11 +32,52 @@ pub struct Percolation {
 /// If there is not a radius for each node, or there are 2³² nodes or more.
 pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryCondition) -> Option<Percolation> {
     assert_eq!(radii.len(), nodes.volume(), "a radius for each node");
+    let walls = walls(ends, edges);
+    let radius = |index: u32, node: [usize; 3]| {
+        let free = radii[index as usize];
+        walls.iter().flatten().zip(node).fold(free, |room, ([low, high], at)| {
+            // Half way between two walls there may be no node.
+            let (at, half) = (at as f32, (high - low) / 2.0);
+            let nearest = (at - low).min(high - at);
+            room.min(if half - nearest <= 0.5 { half } else { nearest })
+        })
+    };
+    flood(nodes, ends, edges, &Room { widest: widest(radii, nodes.size()), radius: &radius })
+}
+
+/// Finds the largest ball that spans a box, whose faces around the axis are walls. Near the ends a ball may reach outside, as far
+/// as the distance to the walls around. `free` holds the radii of balls that may reach beyond all faces, and `within` those of
+/// balls that lie within all; `bounds` is the box in pitches, its lower and upper corner. Otherwise as [`percolation`].
+///
+/// # Panics
+/// As [`percolation`].
+pub fn percolation_between_walls(
+    [free, within]: [&[f32]; 2],
+    nodes: &NodeSet,
+    ends: &Ends,
+    bounds: [[f64; 3]; 2],
+) -> Option<Percolation> {
+    assert!([free, within].iter().all(|radii| radii.len() == nodes.volume()), "a radius for each node");
+    let [low, high] = bounds;
+    let to_face = |axis: usize, at: usize| (at as f64 - low[axis]).min(high[axis] - at as f64) as f32;
+    let Ends { axis, .. } = ends;
+    let radius = |index: u32, node: [usize; 3]| {
+        let (free, within) = (free[index as usize], within[index as usize]);
+        if to_face(axis.depth(), node[axis.depth()]) > free {
+            return within;
+        }
+        let walls = [axis.column(), axis.row()].map(|across| to_face(across, node[across]));
+        within.max(free.min(walls[0]).min(walls[1]))
+    };
+    flood(nodes, ends, BoundaryCondition::Clip, &Room { widest: widest(free, nodes.size()), radius: &radius })
+}
+
+/// Floods from one end, from the widest node that it met, until it meets the other.
+fn flood(nodes: &NodeSet, ends: &Ends, edges: BoundaryCondition, room: &Room) -> Option<Percolation> {
     let steps = Steps::between_ends(nodes, edges, ends.axis());
-    let room = Room { radii, walls: walls(ends, edges) };
-    let mut ways = Ways { steps: &steps, from: vec![0; radii.len()] };
+    let mut ways = Ways { steps: &steps, from: vec![0; nodes.volume()] };
     // Queued by bottleneck; this is not stored, since the way back recomputes it.
-    let mut queue = Queue::new(widest(radii, nodes.size()));
+    let mut queue = Queue::new(room.widest);
     for source in ends.nodes_in(nodes, ends.low.clone()) {
         let index = steps.index(source);
         ways.from[index as usize] = MIDDLE as u8 + 1;
@@ -46,7 +87,7 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryC
         checkpoint();
         let node = steps.place(index);
         if ends.high.contains(&node[ends.axis().depth()]) {
-            return Some(ways.narrowest(node, &room));
+            return Some(ways.narrowest(node, room));
         }
         for bit in bits(steps.from(node)) {
             let neighbour = steps.neighbour(node, bit);
@@ -71,23 +112,16 @@ fn walls(ends: &Ends, edges: BoundaryCondition) -> Walls {
     Some(walls)
 }
 
-/// The radius of the largest ball at each node, with walls.
+/// The radius of the largest ball at each node, by its number and place.
 struct Room<'a> {
-    radii: &'a [f32],
-    walls: Walls,
+    /// None is greater.
+    widest: f32,
+    radius: &'a dyn Fn(u32, [usize; 3]) -> f32,
 }
 
 impl Room<'_> {
-    #[inline]
     fn radius(&self, index: u32, node: [usize; 3]) -> f32 {
-        let free = self.radii[index as usize];
-        let room = self.walls.iter().flatten().zip(node).fold(free, |room, ([low, high], at)| {
-            // Half way between two walls there may be no node.
-            let (at, half) = (at as f32, (high - low) / 2.0);
-            let nearest = (at - low).min(high - at);
-            room.min(if half - nearest <= 0.5 { half } else { nearest })
-        });
-        room.max(LEAST)
+        (self.radius)(index, node).max(LEAST)
     }
 }
 

@@ -4,7 +4,7 @@
 //! it has less clearance. So paths step to all 26 neighbours, but to one across an edge or a corner only where 6-neighbours
 //! lead there too, within the cube of the 27. Then two pieces that touch only at a corner stay separate.
 
-use crate::bits::{Ones, is_set, ones};
+use crate::bits::{Ones, after, before, is_set, ones};
 use crate::grid::Axis;
 use crate::metrics::{BoundaryCondition, NodeSet};
 
@@ -108,7 +108,29 @@ pub(in crate::metrics) struct Row<'a> {
     wraps: bool,
 }
 
-impl Row<'_> {
+impl<'a> Row<'a> {
+    /// Returns the nodes of the row as bits.
+    pub fn words(&self) -> &'a [u64] {
+        self.rows[4].expect("a row of the raster").0
+    }
+
+    /// Returns whether the ends of rows are neighbours.
+    pub fn wraps(&self) -> bool {
+        self.wraps
+    }
+
+    /// Returns the numbers of the first nodes of the nine rows, in the order of the cube; `None` outside of the raster.
+    pub fn firsts(&self) -> [Option<usize>; 9] {
+        self.rows.map(|row| row.map(|(_, first)| first as usize))
+    }
+
+    /// Returns the nodes of a word of the row whose whole cube belongs to the set, as bits, except nodes at its ends.
+    pub fn inner(&self, word: usize) -> u64 {
+        self.rows.iter().fold(u64::MAX, |inner, row| {
+            row.map_or(0, |(words, _)| inner & words[word] & before(words, word) & after(words, word))
+        })
+    }
+
     /// Returns the neighbours of node x of the row that a step leads to.
     #[inline]
     pub fn from(&self, x: usize) -> Cube {

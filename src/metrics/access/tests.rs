@@ -31,7 +31,7 @@ fn spans(side: usize, edges: BoundaryCondition, axis: Axis, solid: impl Fn([f64;
     let (crossings, solid) = Crossings::of_function([side; 3], edges, solid);
     let pores = Phase::Pore.nodes(&solid, &NodeSet::full([side; 3]));
     let field = DistanceField::of(&crossings, edges);
-    let radii = radii(field.values(), &pores, &largest_balls(&field, &pores));
+    let radii = radii(field.values().to_vec(), &pores, &largest_balls(&field, &pores));
     percolation(&radii, &pores, &Ends::of_raster([side; 3], axis), edges).expect("what spans the box")
 }
 
@@ -99,13 +99,46 @@ fn a_gyroid_percolates_at_the_width_where_its_channels_meet() {
     }
 }
 
-/// Compares the flood with the definition, by passes over all nodes until nothing changes.
+/// A box is as wide as the walls around the axis allow, however near its ends; what is narrower than it decides otherwise.
+#[test]
+fn walls_around_the_axis_limit_a_ball_that_spans_a_box() {
+    let size = [24, 16, 30];
+    let nodes = NodeSet::full(size);
+    let bounds = [[-0.5; 3], size.map(|side| side as f64 - 0.5)];
+    let to_faces =
+        |node: [usize; 3]| (0..3).map(move |a| (node[a] as f32 + 0.5).min(size[a] as f32 - 0.5 - node[a] as f32));
+    let within = |most: f32| -> Vec<f32> {
+        (0..nodes.volume() as u32).map(|node| to_faces(steps::place(size, node)).fold(most, f32::min)).collect()
+    };
+    for (radius, diameters) in [(100.0, [15.0, 23.0, 15.0]), (5.0, [10.0; 3])] {
+        let radii = [vec![radius; nodes.volume()], within(radius)];
+        for (axis, exact) in Axis::ALL.into_iter().zip(diameters) {
+            let ends = Ends::of_raster(size, axis);
+            let radii = radii.each_ref().map(Vec::as_slice);
+            let found = percolation_between_walls(radii, &nodes, &ends, bounds).unwrap();
+            assert_eq!(found.diameter, exact, "radius {radius} along {axis:?}");
+        }
+    }
+}
+
+/// Compares the flood with the definition, by passes over all nodes until nothing changes: in a maze, and in rooms whose inner
+/// nodes are looked at side by side, with many equal radii.
 #[test]
 fn bottlenecks_agree_with_brute_force() {
-    let size = [13, 9, 11];
-    let nodes = NodeSet::from_fn(size, |[x, y, z]| (x * 5 + y * 3 + z * 7 + x * y * z) % 7 < 4);
+    let maze = |[x, y, z]: [usize; 3]| (x * 5 + y * 3 + z * 7 + x * y * z) % 7 < 4;
+    let rooms = |[x, y, z]: [usize; 3]| (x % 37 != 20 || y % 5 == 2) && (y != 6 || z < 3) && z * 8 + y != 41;
+    agree_with_brute_force([13, 9, 11], NodeSet::from_fn([13, 9, 11], maze), 1009);
+    for levels in [3, 1009] {
+        agree_with_brute_force([75, 11, 9], NodeSet::from_fn([75, 11, 9], rooms), levels);
+    }
+    agree_with_brute_force([66, 2, 7], NodeSet::full([66, 2, 7]), 5);
+    agree_with_brute_force([10, 3, 3], NodeSet::full([10, 3, 3]), 2);
+}
+
+fn agree_with_brute_force(size: [usize; 3], nodes: NodeSet, levels: usize) {
+    let scattered = |i: usize| (i * 7919 % 10_007 % levels + 1) as f32 / 100.0;
     let radii: Vec<f32> = (0..nodes.volume())
-        .map(|i| if nodes.contains(steps::place(size, i as u32)) { (i * 7919 % 1009 + 1) as f32 / 100.0 } else { 0.0 })
+        .map(|i| if nodes.contains(steps::place(size, i as u32)) { scattered(i) } else { 0.0 })
         .collect();
     let outside = rim(&NodeSet::full(size));
     for edges in [BoundaryCondition::Clip, BoundaryCondition::Periodic] {
@@ -192,7 +225,7 @@ fn access_to_a_bottle_ends_at_the_width_of_its_neck() {
     assert_eq!(Phase::Pore.nodes(&solid, &full), pores);
     let field = DistanceField::of(&crossings, BoundaryCondition::Clip);
     let balls = largest_balls(&field, &pores);
-    let cells = crate::metrics::thickness::radii(field.values(), &pores, &balls);
+    let cells = crate::metrics::thickness::radii(field.values().to_vec(), &pores, &balls);
     let from_balls = access_sizes(
         &balls,
         &bottlenecks(&cells, &open, &rim(&full), BoundaryCondition::Clip),

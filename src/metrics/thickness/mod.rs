@@ -42,7 +42,7 @@ use crate::parallel::*;
 
 use super::distance::DistanceField;
 use super::{BoundaryCondition, NodeSet};
-use crate::bits::ones;
+use crate::bits::Ones;
 use crate::cancel::checkpoint;
 
 /// A ball within a phase, in pitches.
@@ -73,34 +73,47 @@ pub fn thickness_of(balls: &[Ball], distances: &[f32], nodes: &NodeSet, edges: B
     assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
     let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius).collect();
     let mut thickness = paint(balls, &sizes, nodes, edges);
-    each_of(&mut thickness, nodes, |index, thickness| *thickness = thickness.max(2.0 * distances[index]));
+    let [columns, rows, _] = nodes.size();
+    let lines = thickness.par_chunks_mut(columns.max(1)).zip(distances.par_chunks(columns.max(1)));
+    lines.enumerate().with_min_len(16).for_each(|(row, (thickness, distances))| {
+        checkpoint();
+        let words = nodes.row(row % rows, row / rows).iter();
+        for (&word, (thickness, distances)) in words.zip(thickness.chunks_mut(64).zip(distances.chunks(64))) {
+            let at_least = |(thickness, &distance): (&mut f32, &f32)| *thickness = thickness.max(2.0 * distance);
+            match word {
+                // Most words are within the phase or outside.
+                u64::MAX => thickness.iter_mut().zip(distances).for_each(at_least),
+                _ => Ones(word).map(|bit| bit as usize).for_each(|x| at_least((&mut thickness[x], &distances[x]))),
+            }
+        }
+    });
     thickness
 }
 
-/// Returns for each node of a phase the radius of the largest ball whose centre is in its cell, in pitches: that of `balls`, or
-/// the distance where they have none there; 0 at other nodes.
+/// Turns the distances of all nodes into the radius, for each node of a phase, of the largest ball whose centre is in its cell, in
+/// pitches: that of `balls`, or the distance where they have none there; 0 at other nodes.
 ///
 /// # Panics
 /// If there is not a distance for each node.
-pub fn radii(distances: &[f32], nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
+pub fn radii(distances: Vec<f32>, nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
     assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
-    let mut radii = vec![0.0; nodes.volume()];
-    each_of(&mut radii, nodes, |index, radius| *radius = distances[index]);
+    let [columns, rows, _] = nodes.size();
+    let mut radii = distances;
+    radii.par_chunks_mut(columns.max(1)).enumerate().with_min_len(16).for_each(|(row, radii)| {
+        checkpoint();
+        for (&word, radii) in nodes.row(row % rows, row / rows).iter().zip(radii.chunks_mut(64)) {
+            match word {
+                u64::MAX => {}
+                0 => radii.fill(0.0),
+                _ => (0..).zip(radii).filter(|&(bit, _)| word >> bit & 1 == 0).for_each(|(_, radius)| *radius = 0.0),
+            }
+        }
+    });
     for ball in balls {
         let radius = &mut radii[ball.node as usize];
         *radius = radius.max(ball.radius);
     }
     radii
-}
-
-/// Changes the values of a map at nodes of a set.
-fn each_of(map: &mut [f32], nodes: &NodeSet, change: impl Fn(usize, &mut f32) + Sync) {
-    let [columns, rows, _] = nodes.size();
-    map.par_chunks_mut(columns.max(1)).enumerate().for_each(|(row, map)| {
-        checkpoint();
-        let (y, z) = (row % rows, row / rows);
-        ones(nodes.row(y, z)).for_each(|x| change(row * columns + x, &mut map[x]));
-    });
 }
 
 #[cfg(test)]

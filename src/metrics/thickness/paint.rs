@@ -40,21 +40,23 @@ pub fn paint(balls: &[Ball], sizes: &[f32], nodes: &NodeSet, edges: BoundaryCond
         .collect();
     let by_plane = ByPlane::of(&balls, planes, edges);
     let mut map = vec![0.0; nodes.volume()];
-    map.par_chunks_mut((columns * rows).max(1)).enumerate().for_each(|(z, plane)| {
+    let plane_size = (columns * rows).max(1);
+    let paint_plane = |(z, plane): (usize, &mut [f32])| -> Vec<usize> {
         checkpoint();
         let mut canvas = Canvas::new(nodes, z, edges);
         let mut near = Vec::with_capacity(READ_AHEAD);
         for some in by_plane.at(z).chunks(READ_AHEAD) {
-            if canvas.unpainted == 0 {
+            if canvas.left == 0 {
                 break;
             }
             near.clear();
             near.extend(some.iter().map(|&index| balls[index as usize]));
             near.iter().for_each(|(ball, size)| canvas.paint(ball, *size, plane));
         }
-        canvas.mark_unpainted(plane);
-    });
-    fill(&mut map, nodes, edges);
+        canvas.unpainted().inspect(|&place| plane[place] = UNPAINTED).map(|place| z * plane_size + place).collect()
+    };
+    let unpainted: Vec<Vec<usize>> = map.par_chunks_mut(plane_size).enumerate().map(paint_plane).collect();
+    fill(&mut map, unpainted.concat(), nodes, edges);
     map
 }
 
@@ -106,7 +108,7 @@ struct Canvas {
     bits: Vec<u64>,
     /// Numbers of unpainted nodes, of each row and of all.
     of_rows: Vec<u32>,
-    unpainted: u32,
+    left: u32,
 }
 
 impl Canvas {
@@ -115,8 +117,8 @@ impl Canvas {
         let bits: Vec<u64> = (0..size[1]).flat_map(|y| nodes.row(y, z)).copied().collect();
         let words = nodes.words();
         let of_rows: Vec<u32> = bits.chunks(words).map(|row| row.iter().map(|word| word.count_ones()).sum()).collect();
-        let unpainted = of_rows.iter().sum();
-        Canvas { z, size, edges, words, bits, of_rows, unpainted }
+        let left = of_rows.iter().sum();
+        Canvas { z, size, edges, words, bits, of_rows, left }
     }
 
     /// Paints the part of the plane that the ball covers and no earlier one did.
@@ -203,16 +205,19 @@ impl Canvas {
             }
             *bits &= !found;
             self.of_rows[row] -= found.count_ones();
-            self.unpainted -= found.count_ones();
+            self.left -= found.count_ones();
             let at = row * self.size[0] + word * 64;
             Ones(found).for_each(|bit| plane[at + bit as usize] = size);
         }
     }
 
-    fn mark_unpainted(&self, plane: &mut [f32]) {
-        for (row, bits) in self.bits.chunks(self.words).enumerate().filter(|(row, _)| self.of_rows[*row] > 0) {
-            ones(bits).for_each(|x| plane[row * self.size[0] + x] = UNPAINTED);
-        }
+    /// Returns the places in the plane of the nodes that are left.
+    fn unpainted(&self) -> impl Iterator<Item = usize> {
+        let rows = self.bits.chunks(self.words).enumerate().filter(|(row, _)| self.of_rows[*row] > 0);
+        rows.flat_map(|(row, bits)| {
+            let first = row * self.size[0];
+            ones(bits).map(move |x| first + x)
+        })
     }
 }
 
@@ -230,9 +235,8 @@ fn ceil(at: f32) -> i64 {
 }
 
 /// Assigns to uncovered nodes the greatest value of their neighbours, until no more have a neighbour with a value.
-fn fill(map: &mut [f32], nodes: &NodeSet, edges: BoundaryCondition) {
+fn fill(map: &mut [f32], mut left: Vec<usize>, nodes: &NodeSet, edges: BoundaryCondition) {
     let size @ [columns, rows, _] = nodes.size();
-    let mut left: Vec<usize> = (0..map.len()).into_par_iter().filter(|&index| map[index] == UNPAINTED).collect();
     while !left.is_empty() {
         checkpoint();
         let greatest = |&index: &usize| {

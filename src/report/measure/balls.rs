@@ -8,9 +8,8 @@ use super::growth::Growth;
 use super::plots::{self, Plot};
 use super::record::Record;
 use super::slices::{SliceMaker, position};
-use crate::allocation::zeroed;
 use crate::grid::Axis;
-use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation};
+use crate::metrics::access::{self, Ends, access_sizes, bottlenecks, percolation, percolation_between_walls};
 use crate::metrics::components::{open_pores, rim};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::{Ball, largest_balls, largest_balls_between, radii, thickness_of};
@@ -70,12 +69,18 @@ impl Inscribed {
         Inscribed { balls, edges: field.edges(), distances: field.into_values() }
     }
 
-    /// Returns the radius of the largest ball centred in the cell of each node of the pores; `None` if no surface limits them.
-    fn pore_radii(&self, pores: &NodeSet) -> Option<Vec<f32>> {
-        let balls = &self.balls[Phase::Pore as usize];
+    /// Returns the balls of the pores, with radii in place of the distances; `None` if no surface limits them.
+    fn into_rooms(self, pores: &NodeSet) -> Option<Rooms> {
+        let Inscribed { distances, balls: [_, balls], .. } = self;
         let is_held = !balls.is_empty() && balls.iter().all(|ball| ball.radius.is_finite());
-        is_held.then(|| radii(&self.distances, pores, balls))
+        is_held.then(|| Rooms { radii: radii(distances, pores, &balls), balls })
     }
+}
+
+/// The largest balls of the pores, and for each node the radius of the largest one that is centred in its cell.
+struct Rooms {
+    radii: Vec<f32>,
+    balls: Vec<Ball>,
 }
 
 impl Balls {
@@ -150,97 +155,67 @@ impl Balls {
     ///
     /// The ends are open. With [`BoundaryCondition::Border`] the other faces of a box are walls; a region that is not a box has
     /// no other faces, and only the solid limits the balls.
-    pub fn percolation(&self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
-        let free = self.free.pore_radii(self.nodes(Phase::Pore))?;
-        let within = match study.settings.edges {
-            BoundaryCondition::Border => {
-                self.within.as_ref().and_then(|within| within.pore_radii(self.nodes(Phase::Pore)))
-            }
-            BoundaryCondition::Clip | BoundaryCondition::Periodic => None,
-        };
-        Some(spans(study, self.nodes(Phase::Pore), &free, within.as_deref()))
+    pub fn percolation(self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
+        let Balls { phases: [_, pores], free, within } = self;
+        let free = free.into_rooms(&pores)?;
+        let within = within.and_then(|within| within.into_rooms(&pores));
+        Some(spans(study, &pores, &free, within.as_ref()))
     }
 
     /// Returns the diameters of the same balls where the walls count as they do between cubes: at nodes.
-    pub fn percolation_between_cubes(&self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
-        let free = self.free.pore_radii(self.nodes(Phase::Pore))?;
-        Some(spans(study, self.nodes(Phase::Pore), &free, None))
+    pub fn percolation_between_cubes(self, study: &Study) -> Option<[Option<access::Percolation>; 3]> {
+        Balls { within: None, ..self }.percolation(study)
     }
 }
 
-/// Returns the largest balls that span the axes, from the radii of free balls and of those within the region.
-fn spans(study: &Study, pores: &NodeSet, free: &[f32], within: Option<&[f32]>) -> [Option<access::Percolation>; 3] {
+/// Returns the largest balls that span the axes, from free balls and those within the region.
+fn spans(study: &Study, pores: &NodeSet, free: &Rooms, within: Option<&Rooms>) -> [Option<access::Percolation>; 3] {
     let along = |axis: Axis| {
         let ends = Ends::of_region(study.region, axis)?;
-        let edges = match (study.region.is_box(), study.settings.edges) {
-            (false, BoundaryCondition::Border) => BoundaryCondition::Clip,
-            (_, edges) => edges,
-        };
-        match within {
-            Some(within) if study.region.is_box() => {
-                percolation(&between_walls(within, free, study, axis), pores, &ends, BoundaryCondition::Clip)
+        match (within.filter(|_| study.region.is_box()), study.settings.edges) {
+            (Some(within), _) => {
+                let radii = [&free.radii, &within.radii].map(Vec::as_slice);
+                percolation_between_walls(radii, pores, &ends, study.region.bounds_in_pitches())
             }
-            _ => percolation(free, pores, &ends, edges),
+            (None, BoundaryCondition::Border) if !study.region.is_box() => {
+                percolation(&free.radii, pores, &ends, BoundaryCondition::Clip)
+            }
+            (None, edges) => percolation(&free.radii, pores, &ends, edges),
         }
     };
-    // Two at once: a third would need the memory of two more arrays.
-    let (x, y) = join(|| along(Axis::X), || along(Axis::Y));
-    [x, y, along(Axis::Z)]
-}
-
-/// Returns radii with walls around the axis and none across it: those of balls within the region, except that balls next to the
-/// ends may reach outside as far as the distance to the walls around.
-fn between_walls(within: &[f32], free: &[f32], study: &Study, axis: Axis) -> Vec<f32> {
-    let [low, high] = study.region.bounds_in_pitches();
-    let [columns, rows, _] = study.solid.size();
-    let to_face = |coordinate: usize, at: usize| (at as f64 - low[coordinate]).min(high[coordinate] - at as f64) as f32;
-    let around = [axis.column(), axis.row()];
-    let radius = |node: [usize; 3], within: f32, free: f32| {
-        if to_face(axis.depth(), node[axis.depth()]) > free {
-            return within;
-        }
-        let walls = around.map(|coordinate| to_face(coordinate, node[coordinate]));
-        within.max(free.min(walls[0]).min(walls[1]))
-    };
-    let mut radii = zeroed(within.len());
-    let of_rows = radii.par_chunks_mut(columns).zip(within.par_chunks(columns).zip(free.par_chunks(columns)));
-    of_rows.enumerate().with_min_len(16).for_each(|(row, (radii, (within, free)))| {
-        let (y, z) = (row % rows, row / rows);
-        for (x, (value, (&within, &free))) in radii.iter_mut().zip(within.iter().zip(free)).enumerate() {
-            *value = radius([x, y, z], within, free);
-        }
-    });
-    radii
+    let (x, (y, z)) = join(|| along(Axis::X), || join(|| along(Axis::Y), || along(Axis::Z)));
+    [x, y, z]
 }
 
 /// Records the access from outside; returns the curve and the distribution of sizes.
-pub fn access(study: &Study, found: &Balls, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
-    let pores = found.nodes(Phase::Pore);
-    let free = from_outside(study.settings.edges);
-    let radii = match pores.is_empty() {
+pub fn access(study: &Study, found: Balls, record: &mut Record) -> (Option<AccessCurve>, Option<HistogramPlot>) {
+    let Balls { phases: [_, pores], free, within } = found;
+    let free = match pores.is_empty() {
         true => Err(NO_PORES),
-        false => found.free.pore_radii(pores).ok_or(NO_SURFACE),
+        false => free.into_rooms(&pores).ok_or(NO_SURFACE),
     };
-    let radii = match radii {
-        Ok(radii) => radii,
+    let free = match free {
+        Ok(free) => free,
         Err(why) => {
             lacks_access(record, why);
             return (None, None);
         }
     };
-    // Balls enter through the faces; if they must lie within the region, only balls within it cover pores.
-    let within = found.within.as_ref().and_then(|within| Some((within, within.pore_radii(pores)?)));
-    let spans = spans(study, pores, &radii, within.as_ref().map(|(_, radii)| &radii[..]));
+    let within = within.and_then(|within| within.into_rooms(&pores));
+    let spans = spans(study, &pores, &free, within.as_ref());
     put_percolation(study, spans, record);
-    let balls = &within.map_or(&found.free, |(within, _)| within).balls[Phase::Pore as usize];
-    let reached = bottlenecks(&radii, pores, &rim(study.region.nodes()), free);
+    let Rooms { radii, balls } = free;
+    // Balls enter through the faces; if they must lie within the region, only balls within it cover pores.
+    let balls = within.map_or(balls, |within| within.balls);
+    let edges = from_outside(study.settings.edges);
+    let reached = bottlenecks(&radii, &pores, &rim(study.region.nodes()), edges);
     drop(radii);
-    let open = open_pores(pores, study.region.nodes(), study.settings.edges);
-    put_open(study, pores, &open, record);
-    let map = access_sizes(balls, &reached, &open, free);
+    let open = open_pores(&pores, study.region.nodes(), study.settings.edges);
+    put_open(study, &pores, &open, record);
+    let map = access_sizes(&balls, &reached, &open, edges);
     drop(reached);
     let pitch = study.region.grid().pitch();
-    let curve = access::AccessCurve::of(&map, &open, pores, pitch).map(|curve| {
+    let curve = access::AccessCurve::of(&map, &open, &pores, pitch).map(|curve| {
         let half = curve.points().filter(|&(_, share)| share >= 0.5).map(|(diameter, _)| diameter).last();
         record.put_or(id::ACCESS_HALF, half, "less than half of the pore volume is open");
         let every = curve.points().count().div_ceil(POINTS).max(1);

@@ -61,8 +61,8 @@ fn between_cubes(study: &Study, clock: &mut Clock, record: &mut Record) {
     let [outer, inner] = clock.time("balls between cubes", || {
         [between(&bounds.outer, &region.outer, &region.inner), between(&bounds.inner, &region.inner, &region.outer)]
     });
-    clock.time("bounds of percolation", || percolation(study, [&outer, &inner], record));
     clock.time("bounds of thickness", || thinnest(study, &outer, &inner, record));
+    clock.time("bounds of percolation", || percolation(study, [outer, inner], record));
 }
 
 fn volumes(study: &Study, sampler: &dyn Sampler, record: &mut Record) -> Result<(), Error> {
@@ -116,7 +116,7 @@ fn nodes(image: &Ldi) -> NodePlanes<'_> {
 }
 
 /// Bounds the largest balls that span the axes: between the cubes of the outer solid, and of the inner one.
-fn percolation(study: &Study, outer_and_inner: [&Balls; 2], record: &mut Record) {
+fn percolation(study: &Study, outer_and_inner: [Balls; 2], record: &mut Record) {
     // The diameters along x, y and z, in pitches.
     let found = outer_and_inner.map(|balls| match balls.percolation_between_cubes(study) {
         Some(spans) => spans.map(|span| span.map(|span| span.diameter)),

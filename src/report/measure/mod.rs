@@ -117,16 +117,15 @@ pub fn measure(
     stage("topology")?;
     clock.time("topology", || topology::measure(&study, &mut record));
     progress.step()?;
-    stage("access")?;
-    let found = clock.time("distances and balls", || Balls::of(&study));
-    let (access, of_access) = clock.time("access", || balls::access(&study, &found, &mut record));
-    progress.step()?;
     stage("thickness")?;
+    let found = clock.time("distances and balls", || Balls::of(&study));
     let mut slices = slices::through_the_middle(&region, &study.solid);
     let mut growth = Growth::of(&region, &study.solid);
     let of_thickness =
         clock.time("thickness", || balls::thickness(&study, &found, &mut slices, &mut growth, &mut record));
-    drop(found);
+    progress.step()?;
+    stage("access")?;
+    let (access, of_access) = clock.time("access", || balls::access(&study, found, &mut record));
     progress.step()?;
     stage("bounds")?;
     bounds::measure(&study, sampler, clock, &mut record)?;

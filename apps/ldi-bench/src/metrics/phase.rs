@@ -149,7 +149,7 @@ fn access(
     let region = array.region();
     let (rooms, sizes) = said.timed("access", || {
         let balls = largest_balls(field, nodes);
-        let rooms = radii(field.values(), nodes, &balls);
+        let rooms = radii(field.values().to_vec(), nodes, &balls);
         let gets_there = bottlenecks(&rooms, nodes, &rim(region.nodes()), BoundaryCondition::Clip);
         let open = open_pores(nodes, region.nodes(), BoundaryCondition::Clip);
         let sizes = access_sizes(&balls, &gets_there, &open, BoundaryCondition::Clip);
