@@ -143,11 +143,14 @@ impl Balls {
     /// Returns the local thickness of the solid with 0 at nodes that are thinner only because the region ends there, and its
     /// thickness with balls that may reach beyond the region; that one only if the boundary condition does not allow it anyway
     /// and a surface limits the balls. `map` is the [`thickness`](Balls::thickness).
-    pub fn uncut(&self, map: Vec<f32>, edges: BoundaryCondition) -> (Vec<f32>, Option<Vec<f32>>) {
+    pub fn uncut(&self, mut map: Vec<f32>, edges: BoundaryCondition) -> (Vec<f32>, Option<Vec<f32>>) {
         let free = (edges == BoundaryCondition::Border)
             .then(|| self.thickness_by(&self.free, Phase::Solid))
             .filter(|free| free.par_iter().with_min_len(1 << 14).all(|thickness| thickness.is_finite()));
-        (uncut(map, free.as_deref()), free)
+        if let Some(free) = &free {
+            leave_out_cuts(&mut map, free);
+        }
+        (map, free)
     }
 
     /// Returns the diameters of the largest balls that span the axes, in pitches, and their bottleneck nodes; `None` if no
@@ -345,9 +348,11 @@ pub fn thickness(
         let values = Distribution::of_map(&counted, 1.0).expect("some nodes always count");
         let most = values.quantile(0.99) as f32;
         // In a picture, nodes at a cut by the region appear neither thin nor thicker than the rest.
-        let shown = |(&counted, &free): (&f32, &f32)| if counted > 0.0 { counted } else { free.min(most) };
-        let shown: Option<Vec<f32>> =
-            free.map(|free| counted.par_iter().zip(&free).with_min_len(1 << 14).map(shown).collect());
+        let shown = free.map(|mut shown| {
+            let nodes = shown.par_iter_mut().zip(&counted).with_min_len(1 << 14);
+            nodes.for_each(|(free, &counted)| *free = if counted > 0.0 { counted } else { free.min(most) });
+            shown
+        });
         let shown = shown.as_ref().unwrap_or(&counted);
         slices.iter_mut().for_each(|slice| slice.fill(Phase::Solid, shown, nodes.size()));
         put_thinnest(study, &counted, values.quantile(0.01) * pitch, nodes, record);
@@ -398,13 +403,13 @@ fn lost_between_rays(record: &mut Record) {
 /// Largest difference between two maps, in pitches, that painting alone can cause.
 const REPAINTED: f32 = 0.5;
 
-/// Returns the thickness map with 0 at nodes that are thinner only because the region ends there; the unchanged map if that
-/// applies to all nodes.
-fn uncut(map: Vec<f32>, free: Option<&[f32]>) -> Vec<f32> {
-    let Some(free) = free else { return map };
-    let left = |(&within, &free): (&f32, &f32)| if free > within + REPAINTED { 0.0 } else { within };
-    let left: Vec<f32> = map.par_iter().zip(free).with_min_len(1 << 14).map(left).collect();
-    if left.par_iter().with_min_len(1 << 14).any(|&thickness| thickness > 0.0) { left } else { map }
+/// Puts 0 at nodes of a map of thickness that are thinner only because the region ends there; nowhere if that applies to all nodes.
+fn leave_out_cuts(map: &mut [f32], free: &[f32]) {
+    let is_cut = |within: f32, free: f32| free > within + REPAINTED;
+    if map.par_iter().zip(free).with_min_len(1 << 14).any(|(&within, &free)| within > 0.0 && !is_cut(within, free)) {
+        let nodes = map.par_iter_mut().zip(free).with_min_len(1 << 14);
+        nodes.filter(|(within, free)| is_cut(**within, **free)).for_each(|(within, _)| *within = 0.0);
+    }
 }
 
 /// Records the thinnest wall and a place of that thickness, from the nodes that count.

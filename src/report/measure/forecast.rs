@@ -16,7 +16,7 @@ use crate::number::number;
 use crate::report::Settings;
 
 /// Memory per node in bytes while most arrays are alive, those of thickness: two distances, maps of both phases and of balls beyond
-/// the region, the marks of dropped balls, the largest balls, and smaller data. 24 to 29 were measured.
+/// the region, the marks of dropped balls, the largest balls, and smaller data. 22 to 29 were measured.
 const BYTES_OF_NODE: f64 = 30.0;
 
 /// Memory of an equation of tortuosity in bytes per conducting node ([`diffusive`](crate::metrics::tortuosity::diffusive)).
