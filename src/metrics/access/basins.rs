@@ -110,7 +110,7 @@ impl<'a> Basins<'a> {
         let mut last = [u32::MAX; RECENT];
         for y in 0..height {
             let row = self.steps.row(y, z);
-            for x in self.near_others(&row) {
+            for x in self.perhaps_beside_others(&row) {
                 let own = row.number(x, MIDDLE);
                 let basin = self.of(own);
                 for other in bits(row.from(x) & BEFORE).map(|bit| row.number(x, bit)) {
@@ -137,21 +137,21 @@ impl<'a> Basins<'a> {
         widest_of_each(passes)
     }
 
-    /// Returns the nodes of a row without those all of whose neighbours before them are of their own basin, or of none.
-    fn near_others<'r>(&'r self, row: &'r Row) -> impl Iterator<Item = usize> + use<'r, 'a> {
+    /// Returns all nodes of a row that have a neighbour before them in another basin, and some that have none.
+    fn perhaps_beside_others<'r>(&'r self, row: &'r Row) -> impl Iterator<Item = usize> + use<'r, 'a> {
         let firsts = row.firsts();
         row.words().iter().enumerate().flat_map(move |(word, &members)| {
             let groups = (0..64 / LANES).filter(move |group| members >> (group * LANES) & ((1 << LANES) - 1) != 0);
             groups.flat_map(move |group| {
                 let x = 64 * word + LANES * group;
-                let here = members >> (group * LANES) & self.differ(row, &firsts, x);
+                let here = members >> (group * LANES) & self.beside_others(row, &firsts, x);
                 Ones(here).map(move |bit| x + bit as usize)
             })
         })
     }
 
     /// Returns which of [`LANES`] nodes of a row, from x on, may have a neighbour before them in another basin, as bits.
-    fn differ(&self, row: &Row, firsts: &[Option<usize>; 9], x: usize) -> u64 {
+    fn beside_others(&self, row: &Row, firsts: &[Option<usize>; 9], x: usize) -> u64 {
         const ALL: u64 = (1 << LANES) - 1;
         let place = |first: usize, by: usize| (first + x + by).checked_sub(1);
         let at = |first: usize, by: usize| self.of.get(place(first, by)?..)?.first_chunk::<LANES>();
@@ -160,17 +160,17 @@ impl<'a> Basins<'a> {
         if row.wraps() && (x == 0 || x + LANES >= self.steps.size()[0]) {
             return ALL;
         }
-        let mut differ = [0u32; LANES];
+        let mut beside = [0u32; LANES];
         for (place, first) in firsts.iter().enumerate().take(5) {
             let Some(first) = *first else { continue };
             for by in 0..if place == 4 { 1 } else { 3 } {
                 let Some(other) = at(first, by) else { return ALL };
                 for lane in 0..LANES {
-                    differ[lane] |= u32::from(other[lane] != own[lane]) & u32::from(other[lane] != NONE);
+                    beside[lane] |= u32::from(other[lane] != own[lane]) & u32::from(other[lane] != NONE);
                 }
             }
         }
-        (0..LANES).fold(0, |bits, lane| bits | u64::from(differ[lane]) << lane)
+        (0..LANES).fold(0, |bits, lane| bits | u64::from(beside[lane]) << lane)
     }
 
     /// Returns the bottlenecks of basins, from those that hold sources.
@@ -218,17 +218,17 @@ fn go_up(steps: &Steps, radii: &[f32]) -> Vec<u32> {
         checkpoint();
         highest.fill(NONE);
         let row = steps.row(row % height, row / height);
-        // In the order of the cube, later nodes have greater numbers.
+        // The last of equal radii in the order of the cube has the greatest number, unless rows wrap.
         let firsts = row.firsts();
-        let firsts = firsts.is_sorted().then(|| firsts.map(|first| first.unwrap_or(0)));
-        let order = |node: u32| (radii[node as usize], node);
+        let in_order = firsts.is_sorted().then(|| firsts.map(|first| first.unwrap_or(0)));
+        let order = |node: u32| (key(radii[node as usize]), node);
         for (word, &members) in row.words().iter().enumerate() {
-            let inner = firsts.map_or(0, |_| row.inner(word));
+            let inner = if in_order.is_some() { row.inner(word) } else { 0 };
             let mut rest = members;
             for group in (0..64).step_by(LANES).filter(|group| inner >> group & ((1 << LANES) - 1) != 0) {
                 let x = 64 * word + group;
                 let here = inner & ((1 << LANES) - 1) << group;
-                if let Some(found) = firsts.and_then(|firsts| highest_around(radii, firsts, x)) {
+                if let Some(found) = in_order.and_then(|firsts| highest_around(radii, firsts, x)) {
                     Ones(here).for_each(|bit| highest[64 * word + bit as usize] = found[bit as usize - group]);
                     rest &= !here;
                 }
@@ -243,17 +243,21 @@ fn go_up(steps: &Steps, radii: &[f32]) -> Vec<u32> {
     highest
 }
 
+/// Returns a number in the order of radii: those of positive numbers are in the order of their bits. All others count as [`LEAST`].
+fn key(radius: f32) -> i32 {
+    radius.to_bits() as i32
+}
+
 /// Returns for each of [`LANES`] nodes of a row, from x on, the number of the node with the largest radius of the 27 around it, the
 /// last of several. The rows begin at the given nodes. `None` where they end within the cubes.
 fn highest_around(radii: &[f32], firsts: [usize; 9], x: usize) -> Option<[u32; LANES]> {
-    let (mut most, mut highest) = ([0; LANES], [0; LANES]);
+    let (mut most, mut highest) = ([i32::MIN; LANES], [0; LANES]);
     for first in firsts {
         let before = (first + x).checked_sub(1)?;
         let around: &[f32; LANES + 2] = radii.get(before..)?.first_chunk()?;
         for by in 0..3 {
             for lane in 0..LANES {
-                // Positive numbers are in the order of their bits, and below 2³¹.
-                let radius = around[lane + by].to_bits() as i32;
+                let radius = key(around[lane + by]);
                 let is_higher = (i32::from(radius >= most[lane])).wrapping_neg();
                 most[lane] = radius & is_higher | most[lane] & !is_higher;
                 let number = (before + by + lane) as i32;
@@ -317,4 +321,57 @@ fn widest_of_each(mut passes: Vec<Pass>) -> Vec<Pass> {
     passes.par_sort_unstable_by(|a, b| a.between.cmp(&b.between).then(b.room.total_cmp(&a.room)));
     passes.dedup_by_key(|pass| pass.between);
     passes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::BoundaryCondition;
+
+    /// Compares each node's step with the definition, on rasters of any width and depth, in rooms and in the open, with many equal
+    /// radii and with some that are not positive.
+    #[test]
+    fn ways_go_up_to_the_largest_radius_and_then_the_greatest_number() {
+        let sizes = [
+            [72, 5, 4],
+            [128, 4, 3],
+            [64, 3, 3],
+            [75, 11, 9],
+            [75, 1, 1],
+            [75, 1, 6],
+            [75, 6, 1],
+            [10, 3, 3],
+            [12, 5, 5],
+        ];
+        let conditions = [BoundaryCondition::Clip, BoundaryCondition::Periodic];
+        for (size, edges) in sizes.into_iter().flat_map(|size| conditions.map(|edges| (size, edges))) {
+            let rooms = NodeSet::from_fn(size, |[x, y, z]| (x % 37 != 20 || y % 5 == 2) && (y != 6 || z < 3));
+            for (nodes, levels) in [(NodeSet::full(size), 3), (rooms, 1009)] {
+                let radii: Vec<f32> = (0..nodes.volume()).map(|i| (i * 7919 % 10_007 % levels) as f32 - 1.0).collect();
+                let steps = Steps::new(&nodes, edges);
+                let found = go_up(&steps, &radii);
+                for node in 0..nodes.volume() as u32 {
+                    let place = steps.place(node);
+                    let around = bits(steps.from(place)).map(|bit| steps.index(steps.neighbour(place, bit)));
+                    let order = |&node: &u32| (key(radii[node as usize]), node);
+                    let highest = || around.chain([node]).max_by_key(order).expect("the node itself");
+                    let exact = if nodes.contains(place) { highest() } else { NONE };
+                    assert_eq!(found[node as usize], exact, "{size:?}, {edges:?}, {levels} levels, {place:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn inner_nodes_are_compared_side_by_side() {
+        let size = [24, 3, 3];
+        let nodes = NodeSet::full(size);
+        let steps = Steps::new(&nodes, BoundaryCondition::Clip);
+        let radii: Vec<f32> = (0..nodes.volume()).map(|i| (i * 31 % 7) as f32).collect();
+        let firsts = steps.row(1, 1).firsts().map(|first| first.unwrap());
+        let found = highest_around(&radii, firsts, 8).unwrap();
+        assert_eq!(found, go_up(&steps, &radii)[steps.index([8, 1, 1]) as usize..][..LANES]);
+        // Beyond the last row there are no more nodes.
+        assert_eq!(highest_around(&radii, firsts, 16), None);
+    }
 }

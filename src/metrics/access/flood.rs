@@ -16,8 +16,8 @@ use crate::metrics::{BoundaryCondition, NodeSet};
 /// ([`open_pores`](crate::metrics::components::open_pores)), and sources the [`rim`](crate::metrics::components::rim) of the
 /// region.
 ///
-/// The values are exact for those radii. Needs 4 bytes for each node besides the result; the passes over the raster are
-/// parallel.
+/// The values are exact for those radii; what is not positive counts as the least positive radius. Needs no memory for each node
+/// besides the result; the passes over the raster are parallel.
 ///
 /// # Panics
 /// If there is not a radius for each node, the sets are of rasters of different sizes, or there are 2³¹ nodes or more.

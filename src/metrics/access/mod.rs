@@ -43,4 +43,5 @@ mod tests;
 pub use curve::AccessCurve;
 pub use ends::Ends;
 pub use flood::{access_sizes, bottlenecks};
-pub use percolation::{Percolation, percolation, percolation_between_walls};
+pub(crate) use percolation::percolation_between_walls;
+pub use percolation::{Percolation, percolation};

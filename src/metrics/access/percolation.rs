@@ -45,14 +45,13 @@ pub fn percolation(radii: &[f32], nodes: &NodeSet, ends: &Ends, edges: BoundaryC
     flood(nodes, ends, edges, &Room { widest: widest(radii, nodes.size()), radius: &radius })
 }
 
-/// Finds the largest ball that spans a box, whose faces around the axis are walls. Near the ends a ball may reach outside, as far
-/// as the distance to the walls around. `free` holds the radii of balls that may reach beyond all faces, and `within` those of
-/// balls that lie within all; `bounds` is the box in pitches, its lower and upper corner. Otherwise as [`percolation`].
-///
-/// # Panics
-/// As [`percolation`].
-pub fn percolation_between_walls(
-    [free, within]: [&[f32]; 2],
+/// Finds the largest ball that spans a box whose faces around the axis are walls, as [`percolation`] does with
+/// [`BoundaryCondition::Border`], but from balls that were found between these walls, too. Near the ends a ball may reach outside, as
+/// far as the distance to the walls around. `free` holds the radii of balls that may reach beyond all faces, and `within` those of
+/// balls that lie within all; `bounds` are the lower and the upper corner of the box in pitches, node i at i.
+pub(crate) fn percolation_between_walls(
+    free: &[f32],
+    within: &[f32],
     nodes: &NodeSet,
     ends: &Ends,
     bounds: [[f64; 3]; 2],
@@ -69,7 +68,8 @@ pub fn percolation_between_walls(
         let walls = [axis.column(), axis.row()].map(|across| to_face(across, node[across]));
         within.max(free.min(walls[0]).min(walls[1]))
     };
-    flood(nodes, ends, BoundaryCondition::Clip, &Room { widest: widest(free, nodes.size()), radius: &radius })
+    let widest = widest(free, nodes.size()).max(widest(within, nodes.size()));
+    flood(nodes, ends, BoundaryCondition::Clip, &Room { widest, radius: &radius })
 }
 
 /// Floods from one end, from the widest node that it met, until it meets the other.
@@ -114,7 +114,7 @@ fn walls(ends: &Ends, edges: BoundaryCondition) -> Walls {
 
 /// The radius of the largest ball at each node, by its number and place.
 struct Room<'a> {
-    /// None is greater.
+    /// An upper bound of them all.
     widest: f32,
     radius: &'a dyn Fn(u32, [usize; 3]) -> f32,
 }

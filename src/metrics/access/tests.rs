@@ -110,19 +110,20 @@ fn walls_around_the_axis_limit_a_ball_that_spans_a_box() {
     let within = |most: f32| -> Vec<f32> {
         (0..nodes.volume() as u32).map(|node| to_faces(steps::place(size, node)).fold(most, f32::min)).collect()
     };
-    for (radius, diameters) in [(100.0, [15.0, 23.0, 15.0]), (5.0, [10.0; 3])] {
-        let radii = [vec![radius; nodes.volume()], within(radius)];
+    // Balls of the whole width, narrower ones everywhere, and balls of 5 beside which those within have 3.
+    let of_walls = [15.0, 23.0, 15.0];
+    for (free, most, diameters) in [(100.0, 100.0, of_walls), (5.0, 5.0, [10.0; 3]), (5.0, 3.0, [6.0; 3])] {
+        let (free, within) = (vec![free; nodes.volume()], within(most));
         for (axis, exact) in Axis::ALL.into_iter().zip(diameters) {
             let ends = Ends::of_raster(size, axis);
-            let radii = radii.each_ref().map(Vec::as_slice);
-            let found = percolation_between_walls(radii, &nodes, &ends, bounds).unwrap();
-            assert_eq!(found.diameter, exact, "radius {radius} along {axis:?}");
+            let found = percolation_between_walls(&free, &within, &nodes, &ends, bounds).unwrap();
+            assert_eq!(found.diameter, exact, "{most} along {axis:?}");
         }
     }
 }
 
-/// Compares the flood with the definition, by passes over all nodes until nothing changes: in a maze, and in rooms whose inner
-/// nodes are looked at side by side, with many equal radii.
+/// Compares the flood with the definition, by passes over all nodes until nothing changes: in a maze, in rooms and in the open, with
+/// many equal radii.
 #[test]
 fn bottlenecks_agree_with_brute_force() {
     let maze = |[x, y, z]: [usize; 3]| (x * 5 + y * 3 + z * 7 + x * y * z) % 7 < 4;
@@ -131,8 +132,9 @@ fn bottlenecks_agree_with_brute_force() {
     for levels in [3, 1009] {
         agree_with_brute_force([75, 11, 9], NodeSet::from_fn([75, 11, 9], rooms), levels);
     }
-    agree_with_brute_force([66, 2, 7], NodeSet::full([66, 2, 7]), 5);
-    agree_with_brute_force([10, 3, 3], NodeSet::full([10, 3, 3]), 2);
+    for size in [[66, 2, 7], [10, 3, 3], [72, 5, 4], [128, 4, 3], [64, 3, 3], [75, 1, 1], [75, 1, 6], [75, 6, 1]] {
+        agree_with_brute_force(size, NodeSet::full(size), 5);
+    }
 }
 
 fn agree_with_brute_force(size: [usize; 3], nodes: NodeSet, levels: usize) {

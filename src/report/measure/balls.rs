@@ -176,14 +176,14 @@ fn spans(study: &Study, pores: &NodeSet, free: &Rooms, within: Option<&Rooms>) -
     let along = |axis: Axis| {
         let ends = Ends::of_region(study.region, axis)?;
         match (within.filter(|_| study.region.is_box()), study.settings.edges) {
-            (Some(within), _) => {
-                let radii = [&free.radii, &within.radii].map(Vec::as_slice);
-                percolation_between_walls(radii, pores, &ends, study.region.bounds_in_pitches())
+            (Some(within), BoundaryCondition::Border) => {
+                let bounds = study.region.bounds_in_pitches();
+                percolation_between_walls(&free.radii, &within.radii, pores, &ends, bounds)
             }
-            (None, BoundaryCondition::Border) if !study.region.is_box() => {
+            (_, BoundaryCondition::Border) if !study.region.is_box() => {
                 percolation(&free.radii, pores, &ends, BoundaryCondition::Clip)
             }
-            (None, edges) => percolation(&free.radii, pores, &ends, edges),
+            (_, edges) => percolation(&free.radii, pores, &ends, edges),
         }
     };
     let (x, (y, z)) = join(|| along(Axis::X), || join(|| along(Axis::Y), || along(Axis::Z)));

@@ -15,9 +15,9 @@ use crate::metrics::{BoundaryCondition, Phase};
 use crate::number::number;
 use crate::report::Settings;
 
-/// Memory per node in bytes while most arrays are alive, those of thickness: two distances, maps of both phases and of balls beyond
-/// the region, the marks of dropped balls, the largest balls, and smaller data. 22 to 29 were measured.
-const BYTES_OF_NODE: f64 = 30.0;
+/// Memory per node in bytes while most arrays are alive, those of thickness: two distances, two maps or a map and the marks of dropped
+/// balls, and the largest balls. 22 were measured at 512 rays of a gyroid, 29 at 256, where balls are denser (`docs/performance.md`).
+const BYTES_OF_NODE: f64 = 32.0;
 
 /// Memory of an equation of tortuosity in bytes per conducting node ([`diffusive`](crate::metrics::tortuosity::diffusive)).
 const BYTES_OF_UNKNOWN: f64 = 130.0;
