@@ -9,6 +9,9 @@ use crate::grid::{Grid, GridError, RAYS_MAX};
 use crate::mesh::Aabb;
 use crate::number::rounded_up;
 
+/// The greatest resolution at which the images of a cube have fewer than 2³² rays.
+const RAYS_FITTING: u32 = RAYS_MAX - 1;
+
 /// Lays a raster around the box of `name`, which errors state.
 ///
 /// # Errors
@@ -19,8 +22,9 @@ pub fn lay(bounds: Aabb, spacing: Spacing, lod: u32, name: impl Display) -> Resu
         Spacing::Pitch(pitch) => Grid::with_pitch(bounds, pitch, lod),
         Spacing::Tolerance(_) => unreachable!("a refinement lays rasters by their resolution"),
     };
-    grid.map_err(|error| match spacing {
-        Spacing::Pitch(_) => refused_pitch(&error, bounds.extent().max_element(), name),
+    grid.map_err(|error| match (spacing, &error) {
+        (Spacing::Pitch(_), _) => refused_pitch(&error, bounds.extent().max_element(), name),
+        (_, GridError::Rays { .. }) => Error::input(format!("{name}: {error} to {RAYS_FITTING}")),
         _ => Error::input(format!("{name}: {error}")),
     })
 }
@@ -29,8 +33,7 @@ pub fn lay(bounds: Aabb, spacing: Spacing, lod: u32, name: impl Display) -> Resu
 pub fn refused_pitch(error: &GridError, longest: f64, name: impl Display) -> Error {
     match error {
         GridError::Resolution { .. } => {
-            // One ray fewer, as the square of the most exceeds what an image can hold.
-            let least = rounded_up(longest / f64::from(RAYS_MAX - 1));
+            let least = rounded_up(longest / f64::from(RAYS_FITTING));
             Error::input(format!("{name}: {error}; the least --pitch is {least}"))
         }
         _ => Error::input(format!("{name}: {error}")),

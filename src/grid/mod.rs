@@ -90,7 +90,7 @@ pub enum GridError {
         longest: f64,
     },
     /// The resolution is zero or above [`RAYS_MAX`].
-    #[error("{rays} rays along the longest side are outside 1 to {RAYS_MAX}")]
+    #[error("{} rays along the longest side are outside 1 to {RAYS_MAX}", ray_count(*.rays))]
     Resolution {
         /// Requested rays along the longest side, saturated at `u64::MAX`.
         rays: u64,
@@ -135,6 +135,11 @@ pub enum GridError {
         /// The requested value.
         lod: u32,
     },
+}
+
+/// Returns a count of rays in words; `u64::MAX` stands for any greater one.
+fn ray_count(rays: u64) -> String {
+    if rays == u64::MAX { "more than 10^19".to_owned() } else { rays.to_string() }
 }
 
 /// A vertex of a mesh lies outside the grid on which it is quantised.

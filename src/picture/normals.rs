@@ -5,6 +5,8 @@
 //! ("Weights for computing vertex normals from facet normals"), which is exact for vertices on a sphere. Edges sharper than the
 //! crease angle stay sharp.
 
+use std::sync::OnceLock;
+
 use crate::parallel::*;
 use glam::{DVec2, Vec3};
 
@@ -28,18 +30,15 @@ const CREASE: f32 = 0.766;
 /// The normals of one skin.
 pub(super) struct Normals<'a> {
     skin: Skin<'a>,
-    /// Three for each triangle; empty for flat shading.
-    corners: Vec<[Vec3; 3]>,
+    /// `None` for flat shading.
+    corners: Option<Corners>,
     /// Whether sides are drawn.
     has_sides: bool,
 }
 
 impl<'a> Normals<'a> {
     pub fn new(skin: Skin<'a>, facets: Facets) -> Normals<'a> {
-        let corners = match facets {
-            Facets::Flat | Facets::Sides => Vec::new(),
-            Facets::Smooth => corner_normals(&skin),
-        };
+        let corners = (facets == Facets::Smooth).then(|| Corners::of(&skin));
         Normals { skin, corners, has_sides: facets == Facets::Sides }
     }
 
@@ -49,9 +48,10 @@ impl<'a> Normals<'a> {
         let [a, b, c] = corners_of(&self.skin, triangle as usize);
         let face = cross(a, b, c);
         let side = if face.z < 0.0 { -1.0 } else { 1.0 };
-        let normal = match self.corners.get(triangle as usize) {
+        let normal = match &self.corners {
             None => face.normalize_or_zero(),
-            Some(normals) => {
+            Some(corners) => {
+                let normals = corners.normals(&self.skin, triangle as usize);
                 let at = |p: [i32; 3]| DVec2::new(f64::from(p[0]) - x, f64::from(p[1]) - y);
                 let (a, b, c) = (at(a), at(b), at(c));
                 let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)].map(|w| (w * f64::from(side)).max(0.0));
@@ -107,28 +107,39 @@ fn weight(a: [i32; 3], b: [i32; 3], c: [i32; 3]) -> f32 {
 /// Triangles in one task.
 const CHUNK: usize = 1 << 12;
 
-fn corner_normals(skin: &Skin) -> Vec<[Vec3; 3]> {
-    let faces: Vec<Vec3> = (0..skin.triangles.len())
-        .into_par_iter()
-        .with_min_len(CHUNK)
-        .map(|t| {
+/// The normals at the corners of triangles, found for visible ones alone: most triangles of a large mesh are hidden.
+struct Corners {
+    faces: Vec<Vec3>,
+    fans: Fans,
+    found: Vec<OnceLock<[Vec3; 3]>>,
+}
+
+impl Corners {
+    fn of(skin: &Skin) -> Corners {
+        let face = |t: usize| {
             checkpoint();
             let [a, b, c] = corners_of(skin, t);
             cross(a, b, c).normalize_or_zero()
-        })
-        .collect();
-    let fans = Fans::of(skin);
-    let normals = |t: usize| -> [Vec3; 3] {
+        };
+        let all = || (0..skin.triangles.len()).into_par_iter().with_min_len(CHUNK);
+        Corners {
+            faces: all().map(face).collect(),
+            fans: Fans::of(skin),
+            found: all().map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    fn normals(&self, skin: &Skin, triangle: usize) -> &[Vec3; 3] {
         checkpoint();
-        std::array::from_fn(|corner| {
-            let own = faces[t];
-            let fan = fans.around(skin.triangles[t][corner]);
-            let near = fan.iter().filter(|&&use_| faces[use_ as usize / 3].dot(own) > CREASE);
-            let sum: Vec3 = near.map(|&use_| fan_normal(skin, &faces, use_)).sum();
+        let own = self.faces[triangle];
+        let at_corner = |corner: usize| {
+            let fan = self.fans.around(skin.triangles[triangle][corner]);
+            let near = fan.iter().filter(|&&use_| self.faces[use_ as usize / 3].dot(own) > CREASE);
+            let sum: Vec3 = near.map(|&use_| fan_normal(skin, &self.faces, use_)).sum();
             sum.normalize_or(own)
-        })
-    };
-    (0..skin.triangles.len()).into_par_iter().with_min_len(CHUNK).map(normals).collect()
+        };
+        self.found[triangle].get_or_init(|| [0, 1, 2].map(at_corner))
+    }
 }
 
 /// Returns the weighted normal of a triangle at one of its corners.

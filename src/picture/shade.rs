@@ -43,6 +43,7 @@ pub fn shaded(scene: &Scene, facets: Facets, background: Background) -> Canvas {
     assert!(scene.image.grid() == scene.camera.grid(), "the image lies on the camera's grid");
     let normals: Vec<Normals> = scene.skins.iter().map(|skin| Normals::new(*skin, facets)).collect();
     let fragments = fragments(scene, &normals);
+    drop(normals);
     let exposures = exposures(scene, &fragments.all, KEY);
     let format = scene.camera.format();
     let mut canvas = Canvas::new(format.width, format.height, background);

@@ -132,7 +132,10 @@ fn wrong_usage_exits_with_two() {
             &["volume", "a.stl", "--pitch", "1e-9", "--estimate"],
             &["a.stl", "65536", "the least --pitch is 3.051805e-5"],
         ),
-        (&["volume", "a.stl", "--pitch", "1e-300", "--estimate"], &["a.stl", "the least --pitch is 3.051805e-5"]),
+        (
+            &["volume", "a.stl", "--pitch", "1e-300", "--estimate"],
+            &["a.stl: more than 10^19 rays", "the least --pitch is 3.051805e-5"],
+        ),
         (&["volume", "a.stl", "--tolerance", "0"], &["between 0 and 100 %"]),
         (&["volume", "a.stl", "--lod", "31"], &["--lod 31", "32 to 65536"]),
         (&["volume", "a.stl", "--axis", "w"], &["'w'", "x, y, z, all"]),
@@ -169,7 +172,7 @@ fn requests_beyond_the_machine_exit_with_three() {
     folder
         .run(&["sample", "a.stl", "--resolution", "65536", "-o", "a.npz"])
         .code(2)
-        .says(&["too many rays: 65536 × 65536"]);
+        .says(&["too many rays: 65536 × 65536", "lower the resolution to 65535"]);
 }
 
 #[test]
