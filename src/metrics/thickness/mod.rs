@@ -73,18 +73,13 @@ pub fn thickness_of(balls: &[Ball], distances: &[f32], nodes: &NodeSet, edges: B
     assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
     let sizes: Vec<f32> = balls.iter().map(|ball| 2.0 * ball.radius).collect();
     let mut thickness = paint(balls, &sizes, nodes, edges);
-    let [columns, rows, _] = nodes.size();
-    let lines = thickness.par_chunks_mut(columns.max(1)).zip(distances.par_chunks(columns.max(1)));
-    lines.enumerate().with_min_len(16).for_each(|(row, (thickness, distances))| {
-        checkpoint();
-        let words = nodes.row(row % rows, row / rows).iter();
-        for (&word, (thickness, distances)) in words.zip(thickness.chunks_mut(64).zip(distances.chunks(64))) {
-            let at_least = |(thickness, &distance): (&mut f32, &f32)| *thickness = thickness.max(2.0 * distance);
-            match word {
-                // Most words are within the phase or outside.
-                u64::MAX => thickness.iter_mut().zip(distances).for_each(at_least),
-                _ => Ones(word).map(|bit| bit as usize).for_each(|x| at_least((&mut thickness[x], &distances[x]))),
-            }
+    each_word(&mut thickness, nodes, |word, first, thickness| {
+        let distances = &distances[first..][..thickness.len()];
+        let at_least = |(thickness, &distance): (&mut f32, &f32)| *thickness = thickness.max(2.0 * distance);
+        match word {
+            // Most words are within the phase or outside.
+            u64::MAX => thickness.iter_mut().zip(distances).for_each(at_least),
+            _ => Ones(word).map(|bit| bit as usize).for_each(|x| at_least((&mut thickness[x], &distances[x]))),
         }
     });
     thickness
@@ -97,23 +92,27 @@ pub fn thickness_of(balls: &[Ball], distances: &[f32], nodes: &NodeSet, edges: B
 /// If there is not a distance for each node.
 pub fn radii(distances: Vec<f32>, nodes: &NodeSet, balls: &[Ball]) -> Vec<f32> {
     assert_eq!(distances.len(), nodes.volume(), "a distance for each node");
-    let [columns, rows, _] = nodes.size();
     let mut radii = distances;
-    radii.par_chunks_mut(columns.max(1)).enumerate().with_min_len(16).for_each(|(row, radii)| {
-        checkpoint();
-        for (&word, radii) in nodes.row(row % rows, row / rows).iter().zip(radii.chunks_mut(64)) {
-            match word {
-                u64::MAX => {}
-                0 => radii.fill(0.0),
-                _ => (0..).zip(radii).filter(|&(bit, _)| word >> bit & 1 == 0).for_each(|(_, radius)| *radius = 0.0),
-            }
-        }
+    each_word(&mut radii, nodes, |word, _, radii| match word {
+        u64::MAX => {}
+        0 => radii.fill(0.0),
+        _ => (0..).zip(radii).filter(|&(bit, _)| word >> bit & 1 == 0).for_each(|(_, radius)| *radius = 0.0),
     });
     for ball in balls {
         let radius = &mut radii[ball.node as usize];
         *radius = radius.max(ball.radius);
     }
     radii
+}
+
+/// Changes a map by the words of a set: calls `change` with each word, the index of its first node, and its part of the map.
+fn each_word(map: &mut [f32], nodes: &NodeSet, change: impl Fn(u64, usize, &mut [f32]) + Sync) {
+    let [columns, rows, _] = nodes.size();
+    map.par_chunks_mut(columns.max(1)).enumerate().with_min_len(16).for_each(|(row, map)| {
+        checkpoint();
+        let words = nodes.row(row % rows, row / rows).iter().zip(map.chunks_mut(64));
+        words.enumerate().for_each(|(at, (&word, part))| change(word, row * columns + 64 * at, part));
+    });
 }
 
 #[cfg(test)]
