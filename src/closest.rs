@@ -56,6 +56,13 @@ impl ClosestTriangle {
         ClosestTriangle { nodes, corners, indices }
     }
 
+    /// Builds the tree of a set that is not empty, in which triangles that follow one another are near one another.
+    pub fn of_neighbours(set: Vec<[DVec3; 3]>) -> ClosestTriangle {
+        let mut nodes = Vec::with_capacity(set.len());
+        grow_in_order(&mut nodes, &set, 0);
+        ClosestTriangle { nodes, indices: (0..set.len() as u32).collect(), corners: set }
+    }
+
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
     /// triangles at the same distance.
     pub fn of(&self, point: DVec3, hint: u32) -> Closest {
@@ -97,11 +104,6 @@ impl ClosestTriangle {
             depth += 2;
         }
         Closest { squared, hint: best }
-    }
-
-    /// Returns for each [`hint`](Closest::hint) the index of its triangle in the set.
-    pub fn indices(&self) -> &[u32] {
-        &self.indices
     }
 
     /// Returns the corners of the triangle with a [`hint`](Closest::hint).
@@ -207,6 +209,21 @@ fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [Place], first: u
     grow(nodes, set, low, first);
     let right = nodes.len();
     grow(nodes, set, high, first + low.len() as u32);
+    nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
+}
+
+/// Adds the node of some triangles in order, the first of which is number `first`, and all below it.
+fn grow_in_order(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], first: u32) {
+    if set.len() <= LEAF {
+        let (min, max) = box_of(set.iter().flatten().copied());
+        return nodes.push(Node { min, max, at: first, count: set.len() as u32 });
+    }
+    let node = nodes.len();
+    nodes.push(Node { min: DVec3::ZERO, max: DVec3::ZERO, at: 0, count: 0 });
+    let (low, high) = set.split_at(set.len() / 2);
+    grow_in_order(nodes, low, first);
+    let right = nodes.len();
+    grow_in_order(nodes, high, first + low.len() as u32);
     nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
 }
 
@@ -319,9 +336,9 @@ mod tests {
         }
 
         #[test]
-        fn the_closest_triangle_agrees_with_brute_force(places in places(96), hint in 0..31u32) {
+        fn the_closest_triangle_agrees_with_brute_force(places in places(96), hint in 0..31u32, in_order: bool) {
             let set: Vec<[DVec3; 3]> = places.as_chunks().0.to_vec();
-            let tree = ClosestTriangle::new(&set);
+            let tree = if in_order { ClosestTriangle::of_neighbours(set.clone()) } else { ClosestTriangle::new(&set) };
             for point in &places {
                 let point = *point * 1.2 + DVec3::splat(0.3);
                 let brute = set.iter().map(|triangle| squared_distance(point, *triangle)).fold(f64::INFINITY, f64::min);

@@ -111,6 +111,12 @@ struct Scratch {
     hashes: Vec<u64>,
 }
 
+/// Returns a number that orders the proposals of vertices by their cost, which is not negative, to a millionth, and then by the vertex,
+/// which is its lower half.
+fn rank(cost: f64, vertex: u32) -> u64 {
+    cost.to_bits() & !u64::from(u32::MAX) | u64::from(vertex)
+}
+
 /// The result of collapses.
 #[derive(Default)]
 pub(super) struct Collapsed {
@@ -177,7 +183,7 @@ impl<'a> Collapser<'a> {
             self.standings.iter().map(|&standing| if standing == Standing::Open { 0 } else { PROPOSALS }).collect();
         // The last pass in which the triangles around a vertex changed, or in which its proposal was refused.
         let mut changed = vec![0u32; count];
-        let mut proposals: Vec<(f64, [u32; 2])> = Vec::new();
+        let mut proposals: Vec<(u64, u32)> = Vec::new();
         for pass in 1.. {
             proposals.clear();
             for vertex in 0..count as u32 {
@@ -185,7 +191,7 @@ impl<'a> Collapser<'a> {
                 let may_go = !self.is_locked(vertex) && !self.around[vertex as usize].is_empty();
                 if may_go && *refused < PROPOSALS {
                     match self.proposal(vertex, *refused) {
-                        Some((cost, into)) => proposals.push((cost, [vertex, into])),
+                        Some((cost, into)) => proposals.push((rank(cost, vertex), into)),
                         None => *refused = PROPOSALS,
                     }
                 }
@@ -193,9 +199,11 @@ impl<'a> Collapser<'a> {
             if proposals.is_empty() {
                 break;
             }
-            proposals.sort_unstable_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)));
+            proposals.sort_unstable_by_key(|(rank, _)| *rank);
             let mut left = proposals.len().div_ceil(SHARE);
-            for (number, &(_, ends @ [from, into])) in proposals.iter().enumerate() {
+            for (number, &(rank, into)) in proposals.iter().enumerate() {
+                let from = rank as u32;
+                let ends = [from, into];
                 if number % BETWEEN_CHECKPOINTS == 0 {
                     checkpoint();
                 }
@@ -279,9 +287,8 @@ impl<'a> Collapser<'a> {
             && self.keeps_direction([from, into], &mut scratch)
             && self.adds_up([from, into], &mut scratch)
             && (!scratch.is_measured || (original.is_some() && self.keeps_samples([from, into], &mut scratch)))
-            && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch))
-            && (!scratch.is_measured
-                || original.is_some_and(|original| self.is_near([from, into], original, &mut scratch)));
+            && (!scratch.is_measured || original.is_some_and(|original| self.is_near(into, original, &mut scratch)))
+            && guard.is_none_or(|guard| self.keeps_sides(from, guard, &mut scratch));
         self.scratch = scratch;
         holds
     }

@@ -47,8 +47,7 @@ impl Face {
     pub fn height_or_side(&self, point: DVec3) -> Result<f64, usize> {
         let w = point - self.corners[0];
         let [s, t] = self.gradients.map(|gradient| gradient.dot(w));
-        let r = 1.0 - (s + t);
-        side_of([r, s, t]).map_or_else(|| Ok(self.normal.dot(w).powi(2)), Err)
+        side_of([t, 1.0 - (s + t), s]).map_or_else(|| Ok(self.normal.dot(w).powi(2)), Err)
     }
 
     /// Returns the square of the distance of a point.
@@ -57,21 +56,50 @@ impl Face {
     }
 }
 
+/// The plane of a triangle, in which a point has a weight for each side: its distance from the side, inwards, as a share of the
+/// triangle's height over it, times the square of twice the area. The first side is that from the first corner to the second.
+pub(super) struct Base {
+    corner: DVec3,
+    along: [DVec3; 2],
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+impl Base {
+    #[inline]
+    pub fn new([a, b, c]: [DVec3; 3]) -> Base {
+        let (u, v) = (b - a, c - a);
+        Base { corner: a, along: [u, v], uu: u.dot(u), uv: u.dot(v), vv: v.dot(v) }
+    }
+
+    /// Returns how the weights of a point's foot change with the point.
+    #[inline]
+    pub fn rates(&self, change: DVec3) -> [f64; 3] {
+        let [wu, wv] = self.along.map(|along| along.dot(change));
+        let (s, t) = (self.vv * wu - self.uv * wv, self.uu * wv - self.uv * wu);
+        [t, -s - t, s]
+    }
+
+    /// Returns the weights of a point's foot.
+    #[inline]
+    pub fn weights(&self, point: DVec3) -> [f64; 3] {
+        let [first, second, third] = self.rates(point - self.corner);
+        [first, self.uu * self.vv - self.uv * self.uv + second, third]
+    }
+}
+
 /// Returns the number of the side of a triangle beyond which the foot of a point lies, as [`Face::height_or_side`] does, or `None`
 /// where it lies in the triangle.
 #[inline]
-pub(super) fn side_beyond(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<usize> {
-    let (u, v, w) = (b - a, c - a, point - a);
-    let (uu, uv, vv, wu, wv) = (u.dot(u), u.dot(v), v.dot(v), w.dot(u), w.dot(v));
-    // The weights of the corners, times the square of twice the area.
-    let (s, t) = (vv * wu - uv * wv, uu * wv - uv * wu);
-    side_of([uu * vv - uv * uv - (s + t), s, t])
+pub(super) fn side_beyond(point: DVec3, corners: [DVec3; 3]) -> Option<usize> {
+    side_of(Base::new(corners).weights(point))
 }
 
-/// Returns the side beyond which a point with these weights of the corners lies the farthest, which is opposite the least; `None` if
-/// no weight is negative.
+/// Returns the side beyond which a point with these weights of the sides lies the farthest, which is that of the least; `None` if no
+/// weight is negative.
 #[inline]
-fn side_of([r, s, t]: [f64; 3]) -> Option<usize> {
+fn side_of([t, r, s]: [f64; 3]) -> Option<usize> {
     if s >= 0.0 && t >= 0.0 && r >= 0.0 {
         None
     } else if t <= s && t <= r {

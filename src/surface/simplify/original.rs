@@ -3,18 +3,16 @@
 use glam::DVec3;
 
 use super::collapse::NONE;
-use super::face::{Face, side_beyond};
+use super::face::{Base, Face, side_beyond};
+use crate::box_tree::{Box32, in_order};
 use crate::closest::{Closest, ClosestTriangle};
+use crate::parallel::*;
 
 /// The share of the bound that is left for what is farther away between the points inside a triangle.
 const BETWEEN: f64 = 0.1;
 
 /// Most parts into which a side of the original is divided by samples.
 const MOST_PARTS: f64 = 16.0;
-
-/// Most parts into which a triangle's first side is divided at first, and how often each of them may be halved.
-const MOST_STEPS: f64 = 64.0;
-const HALVINGS: u32 = 6;
 
 /// Most parts into which its longest side is divided by the raster of samples inside.
 const INNER_PARTS: f64 = 4.0;
@@ -23,11 +21,20 @@ const INNER_PARTS: f64 = 4.0;
 /// but several together may turn it farther.
 const LIKE: f64 = 0.25;
 
+/// Triangles are in no order if those that follow one another are farther apart than this number of mean sides, in the mean.
+const FAR: f64 = 16.0;
+
 /// Most sides through which the triangle under a point is looked for.
 const WALK: usize = 16;
 
-/// Triangles of the original, or within a small distance of it, from which distances are measured. They are numbered in the order of
-/// the tree, in which triangles with numbers nearby are near one another.
+/// How often the part of a side over a triangle is halved, to find how far it is near that.
+const HALVINGS: usize = 12;
+
+/// Most triangles over which a side passes. Around a vertex it may come back to the same.
+const MOST_PASSED: usize = 1 << 12;
+
+/// Triangles of the original, or within a small distance of it, from which distances are measured. Those with numbers nearby are near
+/// one another.
 pub(super) struct Original {
     tree: Option<ClosestTriangle>,
     /// For each triangle one beyond each of its sides, or `NONE` at the border.
@@ -54,28 +61,20 @@ impl Original {
         let of_own = own.iter().map(|indices| indices.map(|place| vertices[place as usize]));
         let given: Vec<[u32; 3]> = of_own.chain(others.iter().copied()).collect();
         let corners: Vec<[DVec3; 3]> = given.iter().map(|indices| indices.map(&position)).collect();
-        let tree = (!corners.is_empty()).then(|| ClosestTriangle::new(&corners));
-        let order = tree.as_ref().map_or(&[][..], ClosestTriangle::indices);
-        let mut at = vec![NONE; vertices.len()];
-        for (number, &index) in (0..).zip(order) {
-            let places = match own.get(index as usize) {
-                Some(places) => places.map(Some),
-                None => {
-                    given[index as usize].map(|vertex| vertices.binary_search(&vertex).ok().map(|place| place as u32))
-                }
-            };
-            places.into_iter().flatten().for_each(|place| at[place as usize] = number);
-        }
-        let ordered: Vec<[u32; 3]> = order.iter().map(|&index| given[index as usize]).collect();
-        Original { tree, beyond: triangles_beyond_sides(&ordered), at, spacing, bound: bound - flat, flat }
+        let (given, corners) =
+            if is_in_order(&corners, spacing) { (given, corners) } else { ordered(&given, &corners) };
+        let tree = (!corners.is_empty()).then(|| ClosestTriangle::of_neighbours(corners));
+        let sides = Sides::new(given);
+        let at = vertices.iter().map(|&vertex| sides.from(vertex).last().map_or(NONE, |(_, triangle)| triangle));
+        Original { tree, at: at.collect(), beyond: sides.beyond(), spacing, bound: bound - flat, flat }
     }
 
     /// Returns a bound of the distance of a triangle along its first side, of which both ends are vertices of the patch, and from
     /// points inside. `None` if it is more than the bound, or if the original does not face as the triangle does at the centroid.
     ///
-    /// Of the triangles around a new vertex, each begins with it, so that the last side is the first of the next; the side between
-    /// is old.
-    pub fn distance(&self, face: &Face, ends: [u32; 2]) -> Option<f64> {
+    /// `vertex` is the first corner's. Of the triangles around a new vertex, each begins with it, so that the last side is the first of
+    /// the next; the side between is old.
+    pub fn distance(&self, face: &Face, vertex: u32) -> Option<f64> {
         let tree = self.tree.as_ref()?;
         let [a, b, c] = face.corners;
         let faces_like = |[a, b, c]: [DVec3; 3]| {
@@ -83,72 +82,118 @@ impl Original {
             normal.dot(face.normal) >= LIKE * normal.length()
         };
         let inner = ((1.0 - BETWEEN) * self.bound).powi(2);
-        let start = self.at_vertex(tree, ends[0], a)?;
+        let start = match self.at[vertex as usize] {
+            NONE => self.near(tree, a, NONE, self.bound * self.bound, |_| true)?,
+            triangle => Close { squared: 0.0, triangle },
+        };
         let centroid = self.near(tree, (a + b + c) / 3.0, start.triangle, inner, faces_like)?;
-        let mut largest = centroid.squared.max(self.squared_along(tree, start, ends[1], b)?);
+        let mut largest = centroid.squared.max(self.squared_along(tree, start, [a, b])?);
         for point in inside(face.corners, self.spacing) {
             largest = largest.max(self.near(tree, point, centroid.triangle, inner, |_| true)?.squared);
         }
         Some(largest.sqrt() + self.flat)
     }
 
-    /// Returns a bound of the square of the distance along a side, from a point near a triangle to a vertex of the patch. `None` if it
-    /// is more than the bound.
+    /// Returns a bound of the square of the distance along a side from a point near a triangle. `None` if it is more than the bound, or
+    /// if at most [`MOST_PASSED`] triangles under the side do not lead to its end.
     ///
-    /// It holds at every point: the distance from one triangle, which is convex, is largest at an end of a part of the side, so
-    /// that two ends within the bound of the same triangle are enough for all between.
-    fn squared_along(&self, tree: &ClosestTriangle, mut start: Close, vertex: u32, b: DVec3) -> Option<f64> {
-        let a = start.point;
-        let count = (a.distance(b) / self.spacing).ceil().clamp(1.0, MOST_STEPS);
-        let mut largest = start.squared;
-        for i in 1..=count as u32 {
-            let is_last = f64::from(i) == count;
-            let point = if is_last { b } else { a.lerp(b, f64::from(i) / count) };
-            let mut end = Close { point, squared: tree.squared_from(point, start.triangle), ..start };
-            if end.squared > self.bound * self.bound {
-                end = match is_last {
-                    true => self.at_vertex(tree, vertex, b)?,
-                    false => self.within(tree, point, start.triangle)?,
-                };
-                largest = largest.max(self.squared_between(tree, [start, end], HALVINGS)?);
+    /// It holds at every point: the side is cut where it passes from over a triangle to over the next, and the distance from one
+    /// triangle, which is convex, is largest at an end of the part over it.
+    fn squared_along(&self, tree: &ClosestTriangle, start: Close, [a, b]: [DVec3; 2]) -> Option<f64> {
+        let (along, limit) = (b - a, self.bound * self.bound);
+        let (mut triangle, mut entry) = self.towards(tree, start.triangle, [a, b]);
+        let (mut largest, mut passed) = (start.squared, 0.0f64);
+        for _ in 0..MOST_PASSED {
+            let corners = tree.corners(triangle);
+            if corners.contains(&b) {
+                return Some(largest);
             }
-            largest = largest.max(end.squared);
-            start = end;
+            let base = Base::new(corners);
+            let (at, rates) = (base.weights(a), base.rates(along));
+            let exits = (0..3).filter(|&side| entry != Some(side) && rates[side] < 0.0);
+            let least = |one: &(f64, usize), other: &(f64, usize)| one.0.total_cmp(&other.0);
+            let exit = exits.map(|side| (at[side] / -rates[side], side)).min_by(least);
+            let exit = exit.filter(|(share, _)| *share < 1.0);
+            let end = exit.map_or(1.0, |(share, _)| passed.max(share));
+            let point = a + along * end;
+            let (next, squared) = match exit {
+                None => (NONE, tree.squared_from(point, triangle)),
+                // The distance from their common side is at least that from either.
+                Some((_, side)) => {
+                    let common = [corners[side], corners[(side + 1) % 3]];
+                    (self.beyond[triangle as usize][side], squared_distance_from_side(point, common))
+                }
+            };
+            if exit.is_none() && squared <= limit {
+                return Some(largest.max(squared));
+            }
+            if next != NONE && squared <= limit {
+                largest = largest.max(squared);
+                entry = self.beyond[next as usize].iter().position(|&other| other == triangle);
+                (triangle, passed) = (next, end);
+            } else {
+                let leaving = self.leave(tree, triangle, [passed, end], [a, along])?;
+                largest = largest.max(leaving.squared);
+                (triangle, entry, passed) = (leaving.next, None, leaving.at);
+            }
         }
-        Some(largest)
+        None
     }
 
-    /// Returns a bound of the square of the distance between two points that are within the bound of different triangles, besides those
-    /// of the points.
-    fn squared_between(&self, tree: &ClosestTriangle, [start, end]: [Close; 2], halvings: u32) -> Option<f64> {
-        let of_first = tree.squared_from(end.point, start.triangle);
-        let of_last = tree.squared_from(start.point, end.triangle);
-        let least = of_first.min(of_last);
-        if least <= self.bound * self.bound {
-            return Some(least);
+    /// Finds where a side may pass from a triangle to another than the one beyond, as it does below a sharp edge: at the last place, of
+    /// those between `passed` and `end` and nearly, that is within the bound of it, to the triangle nearest there. `None` if that is
+    /// `passed`, or if no other triangle is within the bound.
+    fn leave(
+        &self,
+        tree: &ClosestTriangle,
+        triangle: u32,
+        [passed, end]: [f64; 2],
+        [a, along]: [DVec3; 2],
+    ) -> Option<Leaving> {
+        let (corners, limit) = (tree.corners(triangle), self.bound * self.bound);
+        let is_near = |at: f64| tree.squared_from(a + along * at, triangle) <= limit;
+        let (mut at, mut far) = if is_near(end) { (end, end) } else { (passed, end) };
+        for _ in 0..HALVINGS {
+            if at == far {
+                break;
+            }
+            let middle = 0.5 * (at + far);
+            *(if is_near(middle) { &mut at } else { &mut far }) = middle;
         }
-        let halvings = halvings.checked_sub(1)?;
-        let middle = self.within(tree, 0.5 * (start.point + end.point), start.triangle)?;
-        let halves = [[start, middle], [middle, end]].map(|half| self.squared_between(tree, half, halvings));
-        Some(middle.squared.max(halves[0]?).max(halves[1]?))
-    }
-
-    /// Returns a vertex of the patch with a triangle that has it, or else with the closest one; `None` if that is farther than the
-    /// bound.
-    fn at_vertex(&self, tree: &ClosestTriangle, vertex: u32, point: DVec3) -> Option<Close> {
-        match self.at[vertex as usize] {
-            NONE => self.within(tree, point, NONE),
-            triangle => Some(Close { point, squared: 0.0, triangle }),
+        if at == passed {
+            return None;
         }
+        let point = a + along * at;
+        let other = tree.below(point, limit, |other| other != corners)?;
+        Some(Leaving { at, squared: other.squared.max(tree.squared_from(point, triangle)), next: other.hint })
     }
 
-    /// Returns a point with a triangle within the bound of it, or `None` if there is none.
-    fn within(&self, tree: &ClosestTriangle, point: DVec3, start: u32) -> Option<Close> {
-        self.near(tree, point, start, self.bound * self.bound, |_| true)
+    /// Turns around the first end of a side, from a triangle that has it, to the one over which the side begins; also returns by which
+    /// side of that triangle it does not go on, where it begins over an edge between two.
+    fn towards(&self, tree: &ClosestTriangle, start: u32, [a, b]: [DVec3; 2]) -> (u32, Option<usize>) {
+        let (mut triangle, mut before) = (start, NONE);
+        for _ in 0..WALK {
+            let corners = tree.corners(triangle);
+            let Some(i) = corners.iter().position(|&corner| corner == a) else { break };
+            let rates = Base::new(corners).rates(b - a);
+            let beside = [i, (i + 2) % 3];
+            let Some(&side) = beside.iter().find(|side| rates[**side] < 0.0) else {
+                return (triangle, None);
+            };
+            let next = self.beyond[triangle as usize][side];
+            if next == before && next != NONE {
+                return (triangle, Some(side));
+            }
+            if next == NONE {
+                break;
+            }
+            (triangle, before) = (next, triangle);
+        }
+        (start, None)
     }
 
-    /// Returns a point with a triangle that has a property, and that is nearer than a limit, or `None` if there is none. The triangle
-    /// that the way from a known one leads to is tried first; the closest one is searched for only if that is none.
+    /// Returns a triangle that has a property and is nearer to a point than a limit, or `None` if there is none. The one that the way
+    /// from a known triangle leads to is tried first; the closest one is searched for only if that is none.
     fn near(
         &self,
         tree: &ClosestTriangle,
@@ -161,11 +206,11 @@ impl Original {
             let triangle = self.under(tree, point, start);
             let squared = tree.squared_from(point, triangle);
             if squared < limit && has(tree.corners(triangle)) {
-                return Some(Close { point, squared, triangle });
+                return Some(Close { squared, triangle });
             }
         }
         let Closest { squared, hint: triangle } = tree.below(point, limit, has)?;
-        Some(Close { point, squared, triangle })
+        Some(Close { squared, triangle })
     }
 
     /// Goes from a triangle through the side beyond which a point lies, again and again, and returns where that ends: at the triangle
@@ -184,34 +229,92 @@ impl Original {
     }
 }
 
-/// A point, and a triangle of the original that is within the bound of it.
+/// A place where a side passes from one triangle to another.
+struct Leaving {
+    /// As a share of the side.
+    at: f64,
+    /// The square of the distance from the farther one of both.
+    squared: f64,
+    next: u32,
+}
+
+/// A triangle of the original that is within the bound of a point.
 #[derive(Clone, Copy)]
 struct Close {
-    point: DVec3,
     /// The square of the distance.
     squared: f64,
     triangle: u32,
 }
 
-/// Returns for each triangle and side, the one between its first two corners first, a triangle that has the side in the opposite
-/// direction, or `NONE`.
-fn triangles_beyond_sides(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let of_triangle = |(number, &[a, b, c]): (u32, &[u32; 3])| {
-        let sides = [[a, b], [b, c], [c, a]].into_iter().enumerate();
-        sides.map(move |(side, [from, to])| ([from.min(to), from.max(to)], from > to, number, side))
-    };
-    let mut uses: Vec<([u32; 2], bool, u32, usize)> = (0..).zip(triangles).flat_map(of_triangle).collect();
-    uses.sort_unstable();
-    let mut beyond = vec![[NONE; 3]; triangles.len()];
-    for shared in uses.chunk_by(|one, other| one.0 == other.0) {
-        let (along, against) = shared.split_at(shared.partition_point(|(_, is_against, ..)| !is_against));
-        for (uses, others) in [(along, against), (against, along)] {
-            if let Some(&(_, _, other, _)) = others.first() {
-                uses.iter().for_each(|&(_, _, triangle, side)| beyond[triangle as usize][side] = other);
+/// Returns whether triangles that follow one another are near one another, as those of a contour are.
+fn is_in_order(corners: &[[DVec3; 3]], spacing: f64) -> bool {
+    let steps = corners.windows(2).map(|pair| pair[0][0].distance(pair[1][0]));
+    steps.sum::<f64>() <= FAR * spacing * corners.len() as f64
+}
+
+/// Returns triangles, and their corners, in the order of a space-filling curve.
+fn ordered(triangles: &[[u32; 3]], corners: &[[DVec3; 3]]) -> (Vec<[u32; 3]>, Vec<[DVec3; 3]>) {
+    let whole = Box32::around(corners.as_flattened().iter().copied());
+    let extents = (0..corners.len() as u32).into_par_iter().map(|i| (i, Box32::around(corners[i as usize])));
+    in_order(&whole, extents).into_iter().map(|i| (triangles[i as usize], corners[i as usize])).unzip()
+}
+
+/// Returns the square of the distance of a point from a side.
+fn squared_distance_from_side(point: DVec3, [a, b]: [DVec3; 2]) -> f64 {
+    let (along, from) = (b - a, point - a);
+    let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    (from - along * share).length_squared()
+}
+
+/// The sides of triangles, in lists of those that begin at a vertex or at few others.
+struct Sides {
+    triangles: Vec<[u32; 3]>,
+    /// The first side of each list.
+    firsts: Vec<u32>,
+    /// The two ends of each side, and its triangle.
+    all: Vec<[u32; 3]>,
+}
+
+impl Sides {
+    fn new(triangles: Vec<[u32; 3]>) -> Sides {
+        let mut sides = Sides { firsts: vec![0; triangles.len().next_power_of_two() + 1], all: Vec::new(), triangles };
+        for &vertex in sides.triangles.as_flattened() {
+            let list = sides.list(vertex);
+            sides.firsts[list + 1] += 1;
+        }
+        (1..sides.firsts.len()).for_each(|list| sides.firsts[list] += sides.firsts[list - 1]);
+        let mut next = sides.firsts.clone();
+        sides.all = vec![[NONE; 3]; 3 * sides.triangles.len()];
+        for (triangle, &[a, b, c]) in (0..).zip(&sides.triangles) {
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                let next = &mut next[sides.list(from)];
+                sides.all[*next as usize] = [from, to, triangle];
+                *next += 1;
             }
         }
+        sides
     }
-    beyond
+
+    /// Returns the list of the sides that begin at a vertex.
+    fn list(&self, vertex: u32) -> usize {
+        // Multiplied by the golden ratio, as numbers may have any stride.
+        let mixed = u64::from(vertex.wrapping_mul(0x9e37_79b9));
+        ((mixed * (self.firsts.len() - 1) as u64) >> 32) as usize
+    }
+
+    /// Returns the other end of each side that begins at a vertex, and its triangle, in the order of triangles.
+    fn from(&self, vertex: u32) -> impl Iterator<Item = (u32, u32)> {
+        let list = self.list(vertex);
+        let sides = &self.all[self.firsts[list] as usize..self.firsts[list + 1] as usize];
+        sides.iter().filter(move |side| side[0] == vertex).map(|&[_, to, triangle]| (to, triangle))
+    }
+
+    /// Returns for each triangle and side, the one between its first two corners first, a triangle that has the side in the opposite
+    /// direction, or `NONE`.
+    fn beyond(&self) -> Vec<[u32; 3]> {
+        let of_side = |[a, b]: [u32; 2]| self.from(b).find(|(to, _)| *to == a).map_or(NONE, |(_, triangle)| triangle);
+        self.triangles.iter().map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(of_side)).collect()
+    }
 }
 
 /// Returns points between the ends of a side, about `spacing` apart, but at most 15.
@@ -258,7 +361,7 @@ mod tests {
         let (mut triangles, _) = sheet(&mut Random::new(1));
         // Copies of some, which are no neighbours of what they are copies of.
         triangles.extend_from_within(40..60);
-        let beyond = triangles_beyond_sides(&triangles);
+        let beyond = Sides::new(triangles.clone()).beyond();
         let mut open = 0;
         for (triangle, beyond) in triangles.iter().zip(&beyond) {
             for (side, &other) in beyond.iter().enumerate() {
@@ -312,5 +415,45 @@ mod tests {
             }
         }
         assert!(near > 500 && far > 500 && under > 2000, "{near} near, {far} far, {under} under");
+    }
+
+    /// A sheet with a hole, of which some triangles are of a patch; sides from anywhere to anywhere.
+    #[test]
+    fn sides_are_as_near_at_every_point_as_the_walk_says() {
+        let mut random = Random::new(8);
+        let (mut triangles, places) = sheet(&mut random);
+        triangles.drain(100..103);
+        let vertices: Vec<u32> = (0..places.len() as u32).collect();
+        let (own, others) = triangles.split_at(triangles.len() / 2);
+        let bound = 0.3;
+        let original = Original::new([own, others], &vertices, |vertex| places[vertex as usize], 1.0, [bound, 0.0]);
+        let tree = original.tree.as_ref().unwrap();
+        let [mut near, mut far, mut missed, mut loose] = [0; 4];
+        for _ in 0..4000 {
+            let ends = [(); 2].map(|()| random.below(places.len()));
+            let [a, b] = ends.map(|end| places[end]);
+            if a == b || a.distance(b) > 5.0 {
+                continue;
+            }
+            let (a, start) = match random.below(4) {
+                // Not from a vertex.
+                0 => (a + DVec3::Z * 0.1, tree.of(a + DVec3::Z * 0.1, 0)),
+                _ => (a, Closest { squared: 0.0, hint: original.at[ends[0]] }),
+            };
+            let start = Close { squared: start.squared, triangle: start.hint };
+            let found = original.squared_along(tree, start, [a, b]);
+            let points = (0..=256).map(|i| a.lerp(b, f64::from(i) / 256.0));
+            let largest = points.map(|point| tree.of(point, 0).squared).fold(0.0, f64::max).sqrt();
+            match found {
+                Some(found) => {
+                    near += 1;
+                    loose += usize::from(found.sqrt() > 1.5 * largest);
+                    assert!(found.sqrt() <= bound && largest <= found.sqrt() + 1e-12, "{largest} {found}");
+                }
+                None if largest < 0.5 * bound => missed += 1,
+                None => far += 1,
+            }
+        }
+        assert!(near > 500 && far > 200 && missed < 20 && loose < near / 4, "{near} {far} {missed} {loose}");
     }
 }

@@ -73,17 +73,11 @@ impl Collapser<'_> {
     }
 
     /// Returns whether the new triangles are near the original.
-    pub(super) fn is_near(
-        &self,
-        [from, into]: [u32; 2],
-        original: &impl Deref<Target = Original>,
-        scratch: &mut Scratch,
-    ) -> bool {
+    pub(super) fn is_near(&self, into: u32, original: &impl Deref<Target = Original>, scratch: &mut Scratch) -> bool {
         let Scratch { faces, errors, distance: largest, .. } = scratch;
         let mut uncertain = faces.iter().zip(errors).filter(|(_, error)| **error >= self.bound);
-        uncertain.all(|((number, face), _)| {
-            let [end, _] = self.opposite(*number, from);
-            let distance = original.distance(face, [into, end]);
+        uncertain.all(|((_, face), _)| {
+            let distance = original.distance(face, into);
             *largest = largest.max(distance.unwrap_or(0.0));
             distance.is_some()
         })
