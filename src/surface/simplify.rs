@@ -74,6 +74,9 @@ const FLAT_PAIRS: usize = 4;
 /// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
 const LARGE: f64 = 4.0;
 
+/// Up to this number of patches that changed, crossings are looked for among the triangles that touch their boxes, not among all.
+const FEW_PATCHES: usize = 32;
+
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
 
@@ -96,7 +99,7 @@ pub struct Simplified {
     /// The largest distance found between the two surfaces, in either direction; never more than the bound. The true one may be
     /// smaller, as parts are compared with those that they correspond to, and where that is certain, with bounds.
     pub distance: f64,
-    /// The number of verifications of the whole mesh.
+    /// The number of verifications, of the whole mesh or of what changed.
     pub rounds: usize,
     /// The number of passes over the mesh, or over what may still change, without the first one over what is flat.
     pub passes: usize,
@@ -300,6 +303,12 @@ impl Division {
     fn is_new(&self) -> impl Iterator<Item = bool> {
         self.rest.iter().map(|_| false).chain(self.patches.iter().flat_map(Patch::is_new))
     }
+
+    /// Returns for each triangle the number of its patch; `NONE` for those that stay.
+    fn patch_of_triangle(&self) -> impl Iterator<Item = u32> {
+        let of_patch = |(number, patch): (u32, &Patch)| std::iter::repeat_n(number, patch.errors().len());
+        self.rest.iter().map(|_| NONE).chain((0..).zip(&self.patches).flat_map(of_patch))
+    }
 }
 
 /// The index that denotes several patches, or triangles that stay.
@@ -436,7 +445,7 @@ fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
     groups
 }
 
-/// Decimates all patches and verifies the whole, round after round, until all checks pass. Returns false if they fail even with
+/// Decimates all patches and verifies the whole, and then round after round what changed, until all checks pass. Returns false if they fail even with
 /// all affected patches restored.
 fn resolve(
     division: &mut Division,
@@ -445,6 +454,8 @@ fn resolve(
     rounds: &mut usize,
 ) -> bool {
     let mut stale = vec![true; division.patches.len()];
+    // Patches that changed since their triangles were found to cross none.
+    let mut is_open = vec![false; division.patches.len()];
     let mut round = 0;
     loop {
         round += 1;
@@ -462,7 +473,20 @@ fn resolve(
             return true;
         }
         *rounds += 1;
-        let mut places = crossings(&mesh, &is_new, target.limits.precision);
+        is_open.iter_mut().zip(&stale).for_each(|(is_open, stale)| *is_open |= stale);
+        let patch_of: Vec<u32> = division.patch_of_triangle().collect();
+        let is_in_open = |patch: u32| patch != NONE && is_open[patch as usize];
+        // A triangle that was restored may cross a new one.
+        let is_tested = |(&patch, &is_new): (&u32, &bool)| is_in_open(patch) && (round > 1 || is_new);
+        let is_tested: Vec<bool> = patch_of.iter().zip(&is_new).map(is_tested).collect();
+        let open = || division.patches.iter().zip(&is_open).filter(|(_, is_open)| **is_open);
+        let boxes = || open().map(|(patch, _)| box_of(patch.bounds(target), target.limits.precision)).collect();
+        let within: Option<Vec<Box32>> = (open().count() <= FEW_PATCHES).then(boxes);
+        let pairs = crossing(&mesh, [&is_new, &is_tested], within.as_deref(), target.limits.precision);
+        is_open.fill(false);
+        let crossed = pairs.as_flattened().iter().map(|&triangle| patch_of[triangle as usize]);
+        crossed.filter(|&patch| patch != NONE).for_each(|patch| is_open[patch as usize] = true);
+        let mut places = corners_of_new(&pairs, &mesh, &is_new);
         if places.is_empty() {
             places = acceptable(&mesh);
         }
@@ -489,19 +513,25 @@ fn resolve(
 
 /// Returns the number of pairs of triangles of a mesh that meet elsewhere than in what they share, exactly or rounded.
 pub fn crossing_pairs(mesh: &TriangleMesh, precision: Precision) -> u64 {
-    crossing(mesh, &vec![true; mesh.triangles.len()], precision).len() as u64
+    let all = vec![true; mesh.triangles.len()];
+    crossing(mesh, [&all, &all], None, precision).len() as u64
 }
 
-/// Returns the corners of new triangles of a mesh that meet others elsewhere than in what they share, exactly or rounded.
-fn crossings(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<DVec3> {
-    let pairs = crossing(mesh, is_new, precision);
+/// Returns the corners of the new triangles of some pairs.
+fn corners_of_new(pairs: &[[u32; 2]], mesh: &TriangleMesh, is_new: &[bool]) -> Vec<DVec3> {
     let new = pairs.as_flattened().iter().filter(|&&triangle| is_new[triangle as usize]);
     let corners = new.flat_map(|&triangle| mesh.triangles[triangle as usize]);
     corners.map(|vertex| mesh.positions[vertex as usize]).collect()
 }
 
-/// Returns the pairs of a new triangle and another that meet elsewhere than in what they share, exactly or rounded.
-fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[u32; 2]> {
+/// Returns the pairs of triangles that meet elsewhere than in what they share, exactly or rounded, of which at least one is new and at
+/// least one is tested. All that are tested, if any, touch one of the boxes `within`, if there are any given.
+fn crossing(
+    mesh: &TriangleMesh,
+    [is_new, is_tested]: [&[bool]; 2],
+    within: Option<&[Box32]>,
+    precision: Precision,
+) -> Vec<[u32; 2]> {
     checkpoint();
     let places = |vertex: u32| {
         let place = mesh.positions[vertex as usize];
@@ -511,11 +541,14 @@ fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[
         let corners = mesh.triangles[triangle as usize].map(places);
         Box32::around(corners.into_iter().flatten())
     };
-    let Some(bounds) = mesh.bounds() else { return Vec::new() };
-    let whole =
-        Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]));
+    let Some(bounds) = mesh.bounds().filter(|_| is_tested.contains(&true)) else { return Vec::new() };
     let numbers = (0..mesh.triangles.len() as u32).into_par_iter().with_min_len(1 << 10);
-    let tree = FaceTree::new(&whole, numbers.map(|triangle| (triangle, extent(triangle))), extent);
+    let extents = numbers.map(|triangle| (triangle, extent(triangle)));
+    let near = match within {
+        None => Either::Left(extents),
+        Some(within) => Either::Right(extents.filter(|(_, extent)| within.iter().any(|other| other.touches(extent)))),
+    };
+    let tree = FaceTree::new(&box_of(bounds, precision), near, extent);
     let prepare = |place: usize| {
         let triangle = tree.faces()[place];
         (triangle, Placed::new(mesh.triangles[triangle as usize], precision, places))
@@ -523,9 +556,14 @@ fn crossing(mesh: &TriangleMesh, is_new: &[bool], precision: Precision) -> Vec<[
     let look = |one: &(u32, Placed), other: &(u32, Placed)| {
         // New ones have an area.
         let [one, other] = if is_new[one.0 as usize] { [one, other] } else { [other, one] };
-        one.1.meets(&other.1).then_some([one.0, other.0])
+        (is_new[one.0 as usize] && one.1.meets(&other.1)).then_some([one.0, other.0])
     };
-    tree.own_pairs(|place| is_new[tree.faces()[place] as usize], prepare, look)
+    tree.own_pairs(|place| is_tested[tree.faces()[place] as usize], prepare, look)
+}
+
+/// Returns the box of places within another one, exact and rounded.
+fn box_of(bounds: Aabb, precision: Precision) -> Box32 {
+    Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]))
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.

@@ -10,6 +10,7 @@ use super::*;
 use crate::solids;
 use crate::testing::meshes::{cube, reversed, tetrahedron, together};
 use crate::testing::near::distance;
+use crate::testing::random::Random;
 
 /// Splits every triangle into four, `times` times, with shared midpoints.
 fn refined(mesh: &TriangleMesh, times: usize) -> TriangleMesh {
@@ -116,6 +117,7 @@ fn walls_thinner_than_the_bound_stay_within_it() {
         assert_same_topology(&original, &result.mesh);
         let apart = apart(&original, &result.mesh);
         assert!(apart <= bound * (1.0 + 1e-12), "{thickness}: {apart} {bound}");
+        assert_eq!(crossing_pairs(&result.mesh, Precision::Double), 0);
         // Where both sides are within the bound of one another, they would often cross, and parts stay as they were.
         assert!(3 * result.mesh.triangles.len() < 2 * original.triangles.len(), "{}", result.mesh.triangles.len());
     }
@@ -193,6 +195,19 @@ fn points_stay_within_the_errors_of_their_triangles_from_pass_to_pass() {
     }
     // At first all may change, and later only what is near the borders of patches.
     assert!(rest[0] == 0 && rest[3] > 0 && state.triangles.len() < original.triangles.len() / 2, "{rest:?}");
+}
+
+#[test]
+fn triangles_in_any_order_simplify_alike() {
+    let original = solids::torus(10.0, 3.0, 160, 64).unwrap();
+    let mut shuffled = original.clone();
+    let mut random = Random::new(9);
+    (1..shuffled.triangles.len()).for_each(|i| shuffled.triangles.swap(i, random.below(i + 1)));
+    let [here, there] = [&original, &shuffled].map(|mesh| simplified(mesh, 0.05));
+    assert_same_topology(&original, &there.mesh);
+    assert!(apart(&original, &there.mesh) <= 0.05 * (1.0 + 1e-12));
+    let [here, there] = [here, there].map(|result| result.mesh.triangles.len() as f64);
+    assert!((there / here - 1.0).abs() < 0.05, "{here} {there}");
 }
 
 #[test]
