@@ -66,17 +66,16 @@ impl Fan {
         if ends.len() > MOST {
             return false;
         }
-        let number = |end: u32| ends.clone().position(|[first, _]| first == end);
         for [end, other] in ends.clone() {
-            let Some(next) = number(other) else { return false };
             let (at, stays) = (place(end) - middle, end != into && other != into);
-            spokes.push(Spoke { end, next, previous: 0, at, stays, difference: 0.0 });
+            spokes.push(Spoke { end, next: 0, previous: 0, at, stays, difference: 0.0 });
         }
-        for i in 0..spokes.len() {
-            let next = spokes[i].next;
+        for (i, [_, other]) in ends.enumerate() {
+            let Some(next) = spokes.iter().position(|spoke| spoke.end == other) else { return false };
+            spokes[i].next = next;
             spokes[next].previous = i;
         }
-        let Some(apex) = number(into) else { return false };
+        let Some(apex) = spokes.iter().position(|spoke| spoke.end == into) else { return false };
         let normal: DVec3 = spokes.iter().map(|spoke| spoke.at.cross(spokes[spoke.next].at)).sum();
         let Some(normal) = normal.try_normalize() else { return false };
         let (x, y) = normal.any_orthonormal_pair();
