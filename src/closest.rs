@@ -1,7 +1,8 @@
 //! Exact search for the triangle of a set that is closest to a point, by a tree of boxes.
 //!
 //! The tree is our own because none of the box-tree crates in use here has a closest query, and their boxes are in
-//! `f32`. It splits triangles at the median along the longest side of the box of their centroids, down to a few.
+//! `f32`. It splits triangles at the median along the longest side of the box of their centroids, or in the middle of a given
+//! order, down to a few.
 
 use glam::DVec3;
 

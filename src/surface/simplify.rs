@@ -74,7 +74,7 @@ const FLAT_PAIRS: usize = 4;
 /// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
 const LARGE: f64 = 4.0;
 
-/// Up to this number of patches that changed, crossings are looked for among the triangles that touch their boxes, not among all.
+/// Up to this number of patches that changed or crossed, crossings are looked for among the triangles that touch their boxes, not among all.
 const FEW_PATCHES: usize = 32;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.
@@ -99,7 +99,7 @@ pub struct Simplified {
     /// The largest distance found between the two surfaces, in either direction; never more than the bound. The true one may be
     /// smaller, as parts are compared with those that they correspond to, and where that is certain, with bounds.
     pub distance: f64,
-    /// The number of verifications, of the whole mesh or of what changed.
+    /// The number of verifications of the whole mesh, or of what changed in it.
     pub rounds: usize,
     /// The number of passes over the mesh, or over what may still change, without the first one over what is flat.
     pub passes: usize,
@@ -445,8 +445,8 @@ fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
     groups
 }
 
-/// Decimates all patches and verifies the whole, and then round after round what changed, until all checks pass. Returns false if they fail even with
-/// all affected patches restored.
+/// Decimates all patches and verifies the whole, round after round, until all checks pass; from the second round on, crossings are
+/// looked for only in what changed. Returns false if they fail even with all affected patches restored.
 fn resolve(
     division: &mut Division,
     target: &Target,

@@ -123,12 +123,12 @@ impl Columns {
 /// Returns the least whole number that is not less. Conversions are quicker than `f64::ceil`, which is a call without SSE 4.1.
 fn ceiling(number: f64) -> i64 {
     let whole = number as i64;
-    whole + i64::from((whole as f64) < number)
+    whole.saturating_add(i64::from((whole as f64) < number))
 }
 
 /// Returns the greatest whole number that is not greater.
 fn floor(number: f64) -> i64 {
-    -ceiling(-number)
+    ceiling(-number).saturating_neg()
 }
 
 /// A side of a triangle, seen along an axis. Two triangles that share it compute the same numbers.

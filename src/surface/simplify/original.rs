@@ -27,7 +27,7 @@ const FAR: f64 = 16.0;
 /// Most sides through which the triangle under a point is looked for.
 const WALK: usize = 16;
 
-/// How often the part of a side over a triangle is halved, to find how far it is near that.
+/// How often a side is halved to find where it leaves the bound of a triangle.
 const HALVINGS: usize = 12;
 
 /// Most triangles over which a side passes. Around a vertex it may come back to the same.
@@ -84,24 +84,25 @@ impl Original {
         let inner = ((1.0 - BETWEEN) * self.bound).powi(2);
         let start = match self.at[vertex as usize] {
             NONE => self.near(tree, a, NONE, self.bound * self.bound, |_| true)?,
-            triangle => Close { squared: 0.0, triangle },
+            triangle => Closest { squared: 0.0, hint: triangle },
         };
-        let centroid = self.near(tree, (a + b + c) / 3.0, start.triangle, inner, faces_like)?;
+        let centroid = self.near(tree, (a + b + c) / 3.0, start.hint, inner, faces_like)?;
         let mut largest = centroid.squared.max(self.squared_along(tree, start, [a, b])?);
         for point in inside(face.corners, self.spacing) {
-            largest = largest.max(self.near(tree, point, centroid.triangle, inner, |_| true)?.squared);
+            largest = largest.max(self.near(tree, point, centroid.hint, inner, |_| true)?.squared);
         }
         Some(largest.sqrt() + self.flat)
     }
 
     /// Returns a bound of the square of the distance along a side from a point near a triangle. `None` if it is more than the bound, or
-    /// if at most [`MOST_PASSED`] triangles under the side do not lead to its end.
+    /// if no way of at most [`MOST_PASSED`] triangles was found.
     ///
-    /// It holds at every point: the side is cut where it passes from over a triangle to over the next, and the distance from one
-    /// triangle, which is convex, is largest at an end of the part over it.
-    fn squared_along(&self, tree: &ClosestTriangle, start: Close, [a, b]: [DVec3; 2]) -> Option<f64> {
+    /// It holds at every point: the way divides the side into parts, each of which has both ends within the distance of one triangle, and
+    /// the distance from a triangle, which is convex, is largest at an end. The next triangle is the one beyond the side under
+    /// which the new one passes, as long as that is near.
+    fn squared_along(&self, tree: &ClosestTriangle, start: Closest, [a, b]: [DVec3; 2]) -> Option<f64> {
         let (along, limit) = (b - a, self.bound * self.bound);
-        let (mut triangle, mut entry) = self.towards(tree, start.triangle, [a, b]);
+        let (mut triangle, mut entry) = self.towards(tree, start.hint, [a, b]);
         let (mut largest, mut passed) = (start.squared, 0.0f64);
         for _ in 0..MOST_PASSED {
             let corners = tree.corners(triangle);
@@ -115,57 +116,52 @@ impl Original {
             let exit = exits.map(|side| (at[side] / -rates[side], side)).min_by(least);
             let exit = exit.filter(|(share, _)| *share < 1.0);
             let end = exit.map_or(1.0, |(share, _)| passed.max(share));
-            let point = a + along * end;
-            let (next, squared) = match exit {
-                None => (NONE, tree.squared_from(point, triangle)),
-                // The distance from their common side is at least that from either.
-                Some((_, side)) => {
-                    let common = [corners[side], corners[(side + 1) % 3]];
-                    (self.beyond[triangle as usize][side], squared_distance_from_side(point, common))
-                }
-            };
-            if exit.is_none() && squared <= limit {
-                return Some(largest.max(squared));
-            }
+            // The distance from their common side is at least that from either.
+            let (next, squared) = exit.map_or((NONE, f64::INFINITY), |(_, side)| {
+                let common = [corners[side], corners[(side + 1) % 3]];
+                (self.beyond[triangle as usize][side], squared_distance_from_side(a + along * end, common))
+            });
             if next != NONE && squared <= limit {
                 largest = largest.max(squared);
                 entry = self.beyond[next as usize].iter().position(|&other| other == triangle);
                 (triangle, passed) = (next, end);
-            } else {
-                let leaving = self.leave(tree, triangle, [passed, end], [a, along])?;
-                largest = largest.max(leaving.squared);
-                (triangle, entry, passed) = (leaving.next, None, leaving.at);
+                continue;
             }
+            let squared = tree.squared_from(b, triangle);
+            if squared <= limit {
+                return Some(largest.max(squared));
+            }
+            let (at, other) = self.leave(tree, triangle, passed, [a, along])?;
+            largest = largest.max(other.squared);
+            (triangle, entry, passed) = (other.hint, None, at);
         }
         None
     }
 
-    /// Finds where a side may pass from a triangle to another than the one beyond, as it does below a sharp edge: at the last place, of
-    /// those between `passed` and `end` and nearly, that is within the bound of it, to the triangle nearest there. `None` if that is
-    /// `passed`, or if no other triangle is within the bound.
+    /// Finds where a side passes from a triangle to another than the one beyond, as it does below a sharp edge: where it leaves the
+    /// bound of the triangle for good, to the triangle nearest there. Also returns the square of the distance of the farther one of both.
+    /// `None` if it leaves it at once, or if no other triangle is within the bound.
     fn leave(
         &self,
         tree: &ClosestTriangle,
         triangle: u32,
-        [passed, end]: [f64; 2],
+        passed: f64,
         [a, along]: [DVec3; 2],
-    ) -> Option<Leaving> {
+    ) -> Option<(f64, Closest)> {
         let (corners, limit) = (tree.corners(triangle), self.bound * self.bound);
-        let is_near = |at: f64| tree.squared_from(a + along * at, triangle) <= limit;
-        let (mut at, mut far) = if is_near(end) { (end, end) } else { (passed, end) };
+        // The distance from a triangle is convex along a side: all between two near places are near.
+        let (mut at, mut far) = (passed, 1.0);
         for _ in 0..HALVINGS {
-            if at == far {
-                break;
-            }
             let middle = 0.5 * (at + far);
-            *(if is_near(middle) { &mut at } else { &mut far }) = middle;
+            let is_near = tree.squared_from(a + along * middle, triangle) <= limit;
+            *(if is_near { &mut at } else { &mut far }) = middle;
         }
         if at == passed {
             return None;
         }
         let point = a + along * at;
         let other = tree.below(point, limit, |other| other != corners)?;
-        Some(Leaving { at, squared: other.squared.max(tree.squared_from(point, triangle)), next: other.hint })
+        Some((at, Closest { squared: other.squared.max(tree.squared_from(point, triangle)), ..other }))
     }
 
     /// Turns around the first end of a side, from a triangle that has it, to the one over which the side begins; also returns by which
@@ -181,11 +177,11 @@ impl Original {
                 return (triangle, None);
             };
             let next = self.beyond[triangle as usize][side];
-            if next == before && next != NONE {
-                return (triangle, Some(side));
-            }
             if next == NONE {
                 break;
+            }
+            if next == before {
+                return (triangle, Some(side));
             }
             (triangle, before) = (next, triangle);
         }
@@ -201,16 +197,15 @@ impl Original {
         start: u32,
         limit: f64,
         has: impl Fn([DVec3; 3]) -> bool,
-    ) -> Option<Close> {
+    ) -> Option<Closest> {
         if start != NONE {
             let triangle = self.under(tree, point, start);
             let squared = tree.squared_from(point, triangle);
             if squared < limit && has(tree.corners(triangle)) {
-                return Some(Close { squared, triangle });
+                return Some(Closest { squared, hint: triangle });
             }
         }
-        let Closest { squared, hint: triangle } = tree.below(point, limit, has)?;
-        Some(Close { squared, triangle })
+        tree.below(point, limit, has)
     }
 
     /// Goes from a triangle through the side beyond which a point lies, again and again, and returns where that ends: at the triangle
@@ -227,23 +222,6 @@ impl Original {
         }
         triangle
     }
-}
-
-/// A place where a side passes from one triangle to another.
-struct Leaving {
-    /// As a share of the side.
-    at: f64,
-    /// The square of the distance from the farther one of both.
-    squared: f64,
-    next: u32,
-}
-
-/// A triangle of the original that is within the bound of a point.
-#[derive(Clone, Copy)]
-struct Close {
-    /// The square of the distance.
-    squared: f64,
-    triangle: u32,
 }
 
 /// Returns whether triangles that follow one another are near one another, as those of a contour are.
@@ -406,7 +384,7 @@ mod tests {
                 Some(found) => {
                     near += 1;
                     assert!(found.squared < limit && found.squared >= least - 1e-12);
-                    assert_eq!(found.squared, tree.squared_from(point, found.triangle));
+                    assert_eq!(found.squared, tree.squared_from(point, found.hint));
                 }
                 None => {
                     far += 1;
@@ -440,7 +418,6 @@ mod tests {
                 0 => (a + DVec3::Z * 0.1, tree.of(a + DVec3::Z * 0.1, 0)),
                 _ => (a, Closest { squared: 0.0, hint: original.at[ends[0]] }),
             };
-            let start = Close { squared: start.squared, triangle: start.hint };
             let found = original.squared_along(tree, start, [a, b]);
             let points = (0..=256).map(|i| a.lerp(b, f64::from(i) / 256.0));
             let largest = points.map(|point| tree.of(point, 0).squared).fold(0.0, f64::max).sqrt();
