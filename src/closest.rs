@@ -51,17 +51,15 @@ impl ClosestTriangle {
     pub fn new(set: &[[DVec3; 3]]) -> ClosestTriangle {
         let mut order: Vec<Place> =
             set.iter().zip(0..).map(|([a, b, c], index)| ((*a + *b + *c) / 3.0, index)).collect();
-        let nodes = grow_apart(set, &mut order, 0);
-        let indices: Vec<u32> = order.into_iter().map(|(_, index)| index).collect();
-        let corners = indices.iter().map(|&index| set[index as usize]).collect();
-        ClosestTriangle { nodes, corners, indices }
+        sort(&mut order);
+        let corners: Vec<[DVec3; 3]> = order.iter().map(|&(_, index)| set[index as usize]).collect();
+        let indices = order.into_iter().map(|(_, index)| index).collect();
+        ClosestTriangle { nodes: grow_apart(&corners, 0), corners, indices }
     }
 
     /// Builds the tree of a set that is not empty, in which triangles that follow one another are near one another.
     pub fn of_neighbours(set: Vec<[DVec3; 3]>) -> ClosestTriangle {
-        let mut nodes = Vec::with_capacity(set.len());
-        grow_in_order(&mut nodes, &set, 0);
-        ClosestTriangle { nodes, indices: (0..set.len() as u32).collect(), corners: set }
+        ClosestTriangle { nodes: grow_apart(&set, 0), indices: (0..set.len() as u32).collect(), corners: set }
     }
 
     /// Returns the triangle closest to a point. A good hint (0 is always valid) makes it faster; it may select among
@@ -180,17 +178,17 @@ impl Node {
     }
 }
 
-/// Builds the nodes of some triangles, the first of which is number `first` in the order: large halves on two threads.
-fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> {
+/// Builds the nodes of some triangles in order, the first of which is number `first`: large halves on two threads.
+fn grow_apart(set: &[[DVec3; 3]], first: u32) -> Vec<Node> {
     checkpoint();
     let mut nodes = Vec::new();
-    if order.len() <= APART {
-        grow(&mut nodes, set, order, first);
+    if set.len() <= APART {
+        grow(&mut nodes, set, first);
         return nodes;
     }
-    let (low, high) = halves(order);
+    let (low, high) = set.split_at(set.len() / 2);
     let right = first + low.len() as u32;
-    let (low, high) = join(|| grow_apart(set, low, first), || grow_apart(set, high, right));
+    let (low, high) = join(|| grow_apart(low, first), || grow_apart(high, right));
     nodes.reserve(1 + low.len() + high.len());
     nodes.push(Node::above(&low[0], &high[0], 1 + low.len()));
     nodes.extend(low);
@@ -198,34 +196,35 @@ fn grow_apart(set: &[[DVec3; 3]], order: &mut [Place], first: u32) -> Vec<Node> 
     nodes
 }
 
-/// Adds the node of some triangles, the first of which is number `first` in the order, and all below it.
-fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], order: &mut [Place], first: u32) {
-    if order.len() <= LEAF {
-        let (min, max) = box_of(order.iter().flat_map(|(_, index)| set[*index as usize]));
-        return nodes.push(Node { min, max, at: first, count: order.len() as u32 });
-    }
-    let node = nodes.len();
-    nodes.push(Node { min: DVec3::ZERO, max: DVec3::ZERO, at: 0, count: 0 });
-    let (low, high) = halves(order);
-    grow(nodes, set, low, first);
-    let right = nodes.len();
-    grow(nodes, set, high, first + low.len() as u32);
-    nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
-}
-
 /// Adds the node of some triangles in order, the first of which is number `first`, and all below it.
-fn grow_in_order(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], first: u32) {
+fn grow(nodes: &mut Vec<Node>, set: &[[DVec3; 3]], first: u32) {
     if set.len() <= LEAF {
-        let (min, max) = box_of(set.iter().flatten().copied());
+        let (min, max) = box_of(set.as_flattened().iter().copied());
         return nodes.push(Node { min, max, at: first, count: set.len() as u32 });
     }
     let node = nodes.len();
     nodes.push(Node { min: DVec3::ZERO, max: DVec3::ZERO, at: 0, count: 0 });
     let (low, high) = set.split_at(set.len() / 2);
-    grow_in_order(nodes, low, first);
+    grow(nodes, low, first);
     let right = nodes.len();
-    grow_in_order(nodes, high, first + low.len() as u32);
+    grow(nodes, high, first + low.len() as u32);
     nodes[node] = Node::above(&nodes[node + 1], &nodes[right], right - node);
+}
+
+/// Sorts triangles so that their halves, and the halves of these, are apart: large halves on two threads.
+fn sort(order: &mut [Place]) {
+    if order.len() <= LEAF {
+        return;
+    }
+    let is_large = order.len() > APART;
+    let (low, high) = halves(order);
+    if is_large {
+        checkpoint();
+        join(|| sort(low), || sort(high));
+    } else {
+        sort(low);
+        sort(high);
+    }
 }
 
 /// Splits triangles into halves by their centroids, along the longest side of the box of these.
@@ -275,12 +274,16 @@ pub fn squared_distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
             return squared;
         }
     }
-    let side = |from: DVec3, along: DVec3| {
-        let length = along.length_squared();
-        let at = if length > 0.0 { ((point - from).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
-        (from + along * at - point).length_squared()
-    };
-    side(a, ab).min(side(a, ac)).min(side(b, c - b))
+    let sides = [[a, b], [a, c], [b, c]].map(|side| squared_distance_from_segment(point, side));
+    sides[0].min(sides[1]).min(sides[2])
+}
+
+/// Returns the square of the distance of a point from a segment, which may have no length.
+pub fn squared_distance_from_segment(point: DVec3, [from, to]: [DVec3; 2]) -> f64 {
+    let along = to - from;
+    let length = along.length_squared();
+    let at = if length > 0.0 { ((point - from).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (from + along * at - point).length_squared()
 }
 
 /// Returns the point of a triangle closest to the origin, or nearly so: a combination of the corners with weights from 0 to 1
@@ -372,10 +375,19 @@ mod tests {
     fn trees_built_in_parallel_equal_trees_built_serially() {
         let place = |i: usize| DVec3::new((i * 7919 % 1009) as f64, (i * 104_729 % 997) as f64, (i * 31 % 83) as f64);
         let set: Vec<[DVec3; 3]> = (0..3 * APART).map(|i| [place(i), place(i + 1), place(i + 7)]).collect();
-        let order = || (0..).zip(&set).map(|(index, [a, b, c])| ((*a + *b + *c) / 3.0, index)).collect::<Vec<_>>();
+        fn sort_serially(order: &mut [Place]) {
+            if order.len() > LEAF {
+                let (low, high) = halves(order);
+                sort_serially(low);
+                sort_serially(high);
+            }
+        }
+        let mut order: Vec<Place> = (0..).zip(&set).map(|(index, [a, b, c])| ((*a + *b + *c) / 3.0, index)).collect();
+        sort_serially(&mut order);
+        let ClosestTriangle { nodes: apart, corners, indices } = ClosestTriangle::new(&set);
+        assert!(order.iter().map(|(_, index)| *index).eq(indices));
         let mut together = Vec::new();
-        grow(&mut together, &set, &mut order(), 0);
-        let apart = grow_apart(&set, &mut order(), 0);
+        grow(&mut together, &corners, 0);
         assert_eq!(apart.len(), together.len());
         for (a, b) in apart.iter().zip(&together) {
             assert_eq!((a.min, a.max, a.at, a.count), (b.min, b.max, b.at, b.count));

@@ -74,7 +74,8 @@ const FLAT_PAIRS: usize = 4;
 /// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
 const LARGE: f64 = 4.0;
 
-/// Up to this number of patches that changed or crossed, crossings are looked for among the triangles that touch their boxes, not among all.
+/// Up to this number of patches that changed or crossed, crossings are looked for among the triangles that touch their boxes, not
+/// among all.
 const FEW_PATCHES: usize = 32;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::collapse::NONE;
 use super::face::{Base, Face, side_beyond};
 use crate::box_tree::{Box32, in_order};
-use crate::closest::{Closest, ClosestTriangle};
+use crate::closest::{Closest, ClosestTriangle, squared_distance_from_segment};
 use crate::parallel::*;
 
 /// The share of the bound that is left for what is farther away between the points inside a triangle.
@@ -114,14 +114,12 @@ impl Original {
             let exits = (0..3).filter(|&side| entry != Some(side) && rates[side] < 0.0);
             let least = |one: &(f64, usize), other: &(f64, usize)| one.0.total_cmp(&other.0);
             let exit = exits.map(|side| (at[side] / -rates[side], side)).min_by(least);
-            let exit = exit.filter(|(share, _)| *share < 1.0);
-            let end = exit.map_or(1.0, |(share, _)| passed.max(share));
-            // The distance from their common side is at least that from either.
-            let (next, squared) = exit.map_or((NONE, f64::INFINITY), |(_, side)| {
-                let common = [corners[side], corners[(side + 1) % 3]];
-                (self.beyond[triangle as usize][side], squared_distance_from_side(a + along * end, common))
+            let step = exit.filter(|(share, _)| *share < 1.0).map(|(share, side)| {
+                let (end, common) = (passed.max(share), [corners[side], corners[(side + 1) % 3]]);
+                // The distance from their common side is at least that from either.
+                (self.beyond[triangle as usize][side], end, squared_distance_from_segment(a + along * end, common))
             });
-            if next != NONE && squared <= limit {
+            if let Some((next, end, squared)) = step.filter(|&(next, _, squared)| next != NONE && squared <= limit) {
                 largest = largest.max(squared);
                 entry = self.beyond[next as usize].iter().position(|&other| other == triangle);
                 (triangle, passed) = (next, end);
@@ -235,13 +233,6 @@ fn ordered(triangles: &[[u32; 3]], corners: &[[DVec3; 3]]) -> (Vec<[u32; 3]>, Ve
     let whole = Box32::around(corners.as_flattened().iter().copied());
     let extents = (0..corners.len() as u32).into_par_iter().map(|i| (i, Box32::around(corners[i as usize])));
     in_order(&whole, extents).into_iter().map(|i| (triangles[i as usize], corners[i as usize])).unzip()
-}
-
-/// Returns the square of the distance of a point from a side.
-fn squared_distance_from_side(point: DVec3, [a, b]: [DVec3; 2]) -> f64 {
-    let (along, from) = (b - a, point - a);
-    let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    (from - along * share).length_squared()
 }
 
 /// The sides of triangles, in lists of those that begin at a vertex or at few others.
