@@ -44,7 +44,7 @@ pub const UPPER: usize = 12;
 pub const NO_LOOP: u8 = u8::MAX;
 
 /// Returns the edge between two corners.
-const fn edge_between(a: usize, b: usize) -> usize {
+pub const fn edge_between(a: usize, b: usize) -> usize {
     let axis = match a ^ b {
         1 => 0,
         2 => 1,
@@ -66,7 +66,7 @@ pub const fn edge_ends(edge: usize) -> (usize, usize) {
 }
 
 /// Returns the corners of the face on `side` of `axis`, counter-clockwise seen from outside.
-const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
+pub const fn face_corners(axis: usize, side: usize) -> [usize; 4] {
     let (u, v, s) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3), side << axis);
     if side == 1 { [s, s | u, s | u | v, s | v] } else { [s, s | v, s | u | v, s | u] }
 }
@@ -175,6 +175,12 @@ pub fn parts(signs: Signs, edge: usize) -> bool {
     }
     let (a, b) = edge_ends(edge);
     signs.cut >> edge & 1 == 1 && class[a] != class[b]
+}
+
+/// Returns whether the face on `side` of `axis` has inside corners on one diagonal alone.
+pub fn is_ambiguous(inside: u8, axis: usize, side: usize) -> bool {
+    let corners = face_corners(axis, side).map(|corner| inside >> corner & 1);
+    corners[0] == corners[2] && corners[1] == corners[3] && corners[0] != corners[1]
 }
 
 /// Returns the edges of the face on `side` of `axis`, as bits.

@@ -159,8 +159,8 @@ pub(crate) fn nearest_integer(x: f64) -> (i32, f64) {
     (shifted.to_bits() as i32, x - (shifted - MAGIC))
 }
 
-/// Distance from a ray, in pixels, below which integers decide. First columns are below 2^16 and three roundings of
-/// 2^-53 each enter one, so the error of the guess is below 2^-34.
+/// Distance from a ray, in pixels, below which integers decide. First columns are at most 2^17 in amount and three roundings of
+/// 2^-53 each enter one, so the error of the guess is below 2^-33.
 pub(crate) const COLUMN_DOUBT: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// The pixel geometry of a view: the relation of lattice positions to columns and rows.

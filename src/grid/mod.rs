@@ -10,6 +10,7 @@
 //! holds 2^20 lattice steps.
 
 mod offset;
+mod refined;
 mod sum;
 
 use std::borrow::Cow;

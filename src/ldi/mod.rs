@@ -11,6 +11,7 @@ pub mod npz;
 mod spans;
 mod triangle_ids;
 mod volume_sums;
+mod window;
 
 #[cfg(feature = "gpu")]
 pub(crate) use bands::ImageBuilder;

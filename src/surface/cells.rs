@@ -1,11 +1,15 @@
 //! The cells that the surface crosses, layer by layer, and their vertices.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
+use super::border::Border;
 use super::cuts::Cuts;
 use super::edges::EdgeSlab;
 use super::feature::Feature;
 use super::pairing::JoinedFaces;
+use super::part::Part;
 use super::qef::{Bounds, Loop};
 use crate::bits::{Ones, after};
 use crate::cancel::checkpoint;
@@ -32,6 +36,21 @@ pub struct CellLayer {
     pub vertices: Vec<DVec3>,
     /// The vertices that are not plain vertices of one gently bent sheet, numbered within the layer.
     pub features: Vec<Feature>,
+    /// For each cell beside a block of finer cells, by its number, the loops of the crossings of its whole edges.
+    on_whole_edges: HashMap<u32, [u16; 12]>,
+    /// The vertices of such cells.
+    pub of_borders: Vec<OfBorder>,
+}
+
+/// Consecutive vertices of the border of a block of finer cells.
+#[derive(Clone, Copy, Debug)]
+pub struct OfBorder {
+    pub block: usize,
+    /// The first of them in the border, and their number.
+    pub first: u32,
+    pub count: u32,
+    /// The first of them in the layer.
+    pub vertex: u32,
 }
 
 /// Least distance of a vertex from the faces of its cell, in pitches: enough for 32-bit coordinates to keep it inside.
@@ -41,24 +60,26 @@ pub const MARGIN: f64 = 1e-4;
 const ROUNDED: f64 = 1e-6;
 
 /// Greatest distance beyond its cell at which a vertex may belong, in pitches.
-const REACH: f64 = 1.0;
+pub const REACH: f64 = 1.0;
 
 /// Greatest distance of a plain vertex of a gently bent sheet from the mean of its crossings, in pitches.
 const PLAIN: f64 = 0.05;
 
 /// Two vertices of one cell nearer than this, in pitches, are not placed on edges or corners but aside, or at the means of
 /// their crossings.
-const APART: f64 = 1e-2;
+pub const APART: f64 = 1e-2;
 
 /// The share of their way to the means of their crossings by which the vertices of several loops go aside if that is enough.
 const ASIDE: f64 = 1.0 / 16.0;
 
 impl CellLayer {
     /// Finds the cells of layer `k` and their vertices.
-    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, k: i32) -> CellLayer {
+    pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, part: Part, k: i32) -> CellLayer {
         let nodes = &slab.nodes;
         let mut layer = CellLayer { words: nodes.words(), ..CellLayer::default() };
+        let whole = part.border().map_or_else(|| grid_bounds(grid), |border| border.limits);
         let mut cut_cells = cuts.cells_in_layer(k).into_iter().peekable();
+        let mut border_cells = part.border_cells_in_layer(k).iter().copied().peekable();
         for y in 0..nodes.rows() - 1 {
             checkpoint();
             let rows = [nodes.row(y, k), nodes.row(y + 1, k), nodes.row(y, k + 1), nodes.row(y + 1, k + 1)];
@@ -73,21 +94,47 @@ impl CellLayer {
                 while let Some([_, column]) = cut_cells.next_if(is_here) {
                     passed |= 1 << (column % 64);
                 }
+                while let Some([_, column]) = border_cells.next_if(is_here) {
+                    passed |= 1 << (column % 64);
+                }
+                let at = |bit: u32| [(64 * word) as i32 + bit as i32, y as i32, k];
+                if !matches!(part, Part::Whole) {
+                    passed = Ones(passed).filter(|&bit| part.makes(at(bit))).fold(0, |bits, bit| bits | 1 << bit);
+                }
                 layer.ranks.push(layer.cells.len() as u32);
                 layer.passed.push(passed);
                 for bit in Ones(passed) {
                     let corners = |i: usize| (lower[i] >> bit & 1) | (upper[i] >> bit & 1) << 1;
                     let inside = corners(0) | corners(1) << 2 | corners(2) << 4 | corners(3) << 6;
-                    let cell = [(64 * word) as i32 + bit as i32, y as i32, k];
+                    let cell = at(bit);
+                    if let Part::Around(blocks) = part
+                        && let Some((block, border)) = blocks.beside(cell)
+                    {
+                        layer.add_border_cell(block, border, cell);
+                        continue;
+                    }
                     let signs = joined.signs(inside as u8, cell, cuts);
-                    layer.add_cell(slab, cuts, grid, cell, signs);
+                    layer.add_cell(slab, cuts, &whole, cell, signs);
                 }
             }
         }
         layer
     }
 
-    fn add_cell(&mut self, slab: &EdgeSlab, cuts: &Cuts, grid: &Grid, cell: [i32; 3], signs: Signs) {
+    /// Adds a cell beside a block of finer cells.
+    fn add_border_cell(&mut self, block: usize, border: &Border, cell: [i32; 3]) {
+        let first_vertex = self.vertices.len() as u32;
+        let of_cell = &border.cells[&cell];
+        self.of_borders.push(OfBorder { block, first: of_cell.first, count: of_cell.count, vertex: first_vertex });
+        self.on_whole_edges.insert(self.cells.len() as u32, of_cell.of_whole);
+        self.cells.push(Cell { first_vertex, signs: Signs::default() });
+        for vertex in &border.vertices[of_cell.first as usize..][..of_cell.count as usize] {
+            self.features.push(vertex.feature(self.vertices.len() as u32, vertex.place));
+            self.vertices.push(vertex.place);
+        }
+    }
+
+    fn add_cell(&mut self, slab: &EdgeSlab, cuts: &Cuts, whole: &Bounds, cell: [i32; 3], signs: Signs) {
         let first_vertex = self.vertices.len() as u32;
         self.cells.push(Cell { first_vertex, signs });
         let loops = loops(signs);
@@ -111,10 +158,10 @@ impl CellLayer {
             of_cell[usize::from(of_crossing)].add(DVec3::from_array(corner.map(f64::from)), edge / 4, &crossing);
         }
         let base = DVec3::from_array(cell.map(f64::from));
-        let (bounds, grid) = (bounds_of(cell, grid), grid_bounds(grid, base));
+        let (bounds, whole) = (bounds_of(cell, whole), whole.from(base));
         for of_loop in of_cell.iter() {
             let place = of_loop.place(&bounds, REACH);
-            let beyond = place.beyond.map(|p| (p, p.clamp(grid.least, grid.greatest)));
+            let beyond = place.beyond.map(|p| (p, p.clamp(whole.least, whole.greatest)));
             // At the end of the grid the held position may equal the target.
             let is_elsewhere =
                 |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
@@ -134,6 +181,7 @@ impl CellLayer {
                     target,
                     facing: place.facing.as_vec3(),
                     is_alone,
+                    is_between: false,
                 });
             }
             self.vertices.push(base + place.held);
@@ -161,30 +209,36 @@ impl CellLayer {
     pub fn vertex(&self, x: i32, y: i32, crossing: usize) -> u32 {
         let word = y as usize * self.words + x as usize / 64;
         let below = self.passed[word] & ((1 << (x % 64)) - 1);
-        let cell = self.cells[(self.ranks[word] + below.count_ones()) as usize];
+        let place = self.ranks[word] + below.count_ones();
+        let cell = self.cells[place as usize];
+        if !self.on_whole_edges.is_empty()
+            && let Some(of_edge) = self.on_whole_edges.get(&place)
+        {
+            return cell.first_vertex + u32::from(of_edge[crossing]);
+        }
         cell.first_vertex + u32::from(loops(cell.signs).of_crossing[crossing])
     }
 }
 
-/// Returns the box that a vertex is held in: its cell less a margin, within the grid. In coordinates of the cell.
-fn bounds_of(cell: [i32; 3], grid: &Grid) -> Bounds {
-    let of_grid = grid_bounds(grid, DVec3::from_array(cell.map(f64::from)));
+/// Returns the box that a vertex is held in: its cell less a margin, within the box of the grid. In coordinates of the cell.
+pub fn bounds_of(cell: [i32; 3], whole: &Bounds) -> Bounds {
+    let whole = whole.from(DVec3::from_array(cell.map(f64::from)));
     let (least, greatest) = (DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
-    Bounds { least: least.max(of_grid.least), greatest: greatest.min(of_grid.greatest) }
+    Bounds { least: least.max(whole.least), greatest: greatest.min(whole.greatest) }
 }
 
-/// Returns the box of the grid, relative to a cell's lower corner. Cell i in x and y, with their margin of one, begins at node
-/// i − 1 of the grid; layer k at plane k.
-fn grid_bounds(grid: &Grid, base: DVec3) -> Bounds {
+/// Returns the box of the grid, in coordinates of cells. Cell i in x and y, with their margin of one, begins at node i − 1 of the grid;
+/// layer k at plane k.
+pub fn grid_bounds(grid: &Grid) -> Bounds {
     let pixel = f64::from(1u32 << grid.shift());
     let first = f64::from(grid.node(0)) / pixel;
     let origin = DVec3::new(1.0 - first, 1.0 - first, -first);
     let [x, y, z] = grid.rays().map(f64::from);
-    Bounds { least: origin - base, greatest: origin + DVec3::new(x, y, z) - base }
+    Bounds { least: origin, greatest: origin + DVec3::new(x, y, z) }
 }
 
 /// Converts coordinates of cells to a world position.
 pub fn world_from_cells(grid: &Grid, place: DVec3) -> DVec3 {
-    let of_grid = grid_bounds(grid, DVec3::ZERO).least;
+    let of_grid = grid_bounds(grid).least;
     grid.origin() + grid.pitch() * (place - of_grid)
 }

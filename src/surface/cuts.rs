@@ -20,6 +20,7 @@ use crate::parallel::*;
 
 use super::edges::{Crossing, EdgeSlab, Source};
 use super::pairing::joined_faces;
+use super::part::Part;
 use crate::bits::Ones;
 use crate::bits::{after, before};
 use crate::cell::{edge_at, edge_ends};
@@ -56,7 +57,7 @@ fn place(axis: usize, [x, y, z]: [i32; 3]) -> Place {
 }
 
 /// Returns the four cells around an edge, and its number in each.
-fn cells_around(axis: usize, node: [i32; 3]) -> [([i32; 3], usize); 4] {
+pub fn cells_around(axis: usize, node: [i32; 3]) -> [([i32; 3], usize); 4] {
     [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(u, v)| {
         let mut cell = node;
         cell[(axis + 1) % 3] -= u;
@@ -80,7 +81,7 @@ fn has_joined_faces(source: &Source, cell: [i32; 3]) -> bool {
 impl Cuts {
     /// Cuts the necks of the layers of a slab and of the planes above each; those of its first plane are known from the
     /// previous slab.
-    pub fn add_necks(&mut self, source: &Source, slab: &EdgeSlab) {
+    pub fn add_necks(&mut self, source: &Source, slab: &EdgeSlab, part: Part) {
         let layers = slab.layers();
         let found: Vec<(usize, [i32; 3])> = layers.into_par_iter().flat_map_iter(|k| necks(slab, k)).collect();
         for (axis, node) in found {
@@ -93,6 +94,7 @@ impl Cuts {
                 && (0.0..1.0).contains(&up)
                 && around.iter().all(|&(cell, _)| self.in_cell(cell).walls == 0 && !has_joined_faces(source, cell))
                 && !self.of_edge.contains_key(&place(axis, node))
+                && part.may_cut(axis, node)
             {
                 let crossings = [lower, upper].map(|normal| Crossing { at: up, normal });
                 self.of_edge.insert(place(axis, node), apart(crossings));

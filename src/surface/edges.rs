@@ -57,6 +57,11 @@ pub struct DroppedPair {
 }
 
 impl DroppedPair {
+    /// Returns the edge: its axis and its lower end.
+    pub fn edge(&self) -> (usize, [i32; 3]) {
+        (usize::from(self.axis), self.node)
+    }
+
     /// Returns the places of the crossings, in coordinates of cells.
     pub fn places(&self) -> [DVec3; 2] {
         self.at.map(|at| Crossing { at, ..UNKNOWN }.place(usize::from(self.axis), self.node))
@@ -80,7 +85,7 @@ impl Dropped {
 }
 
 /// The midpoint of an edge, used where nothing better is known.
-const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
+pub const UNKNOWN: Crossing = Crossing { at: 0.5, normal: [0.0; 3] };
 
 /// The crossed edges of some rows, and their crossings.
 #[derive(Debug, Default)]

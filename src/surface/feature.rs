@@ -16,4 +16,6 @@ pub struct Feature {
     pub facing: Vec3,
     /// True if its cell has no other vertex.
     pub is_alone: bool,
+    /// True if it lies between cells and finer ones: it stays where it is, and its triangles may leave its cells.
+    pub is_between: bool,
 }

@@ -26,42 +26,51 @@ pub struct SubResolution {
 
 /// Greatest distance from the surface, in pitches, at which a crossing is not lost: as far as simplification moves a surface by
 /// default.
-const NEAR: f64 = 0.05;
+pub(super) const NEAR: f64 = 0.05;
 
 impl SubResolution {
     /// Counts the pairs that a surface, in coordinates of cells, is away from.
     pub(super) fn of(dropped: &Dropped, vertices: &[DVec3], triangles: &[[u32; 3]]) -> SubResolution {
-        let Dropped { pairs, unsupported } = dropped;
-        if pairs.is_empty() {
-            return SubResolution { unsupported: *unsupported, ..SubResolution::default() };
-        }
-        let mut cells = CellFilter::new(4 * pairs.len());
-        let cells_near = |point| cells_of(point - NEAR, point + NEAR);
-        pairs.iter().flat_map(DroppedPair::places).flat_map(cells_near).for_each(|cell| cells.add(cell));
-        let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
-        // The triangles near the pairs, by cell.
-        let of_triangle = |triangle: u32| {
-            let [a, b, c] = corners(triangle);
-            let touched = cells_of(a.min(b).min(c), a.max(b).max(c));
-            touched.filter(|&cell| cells.may_be(cell)).map(move |cell| (key(cell), triangle))
-        };
-        checkpoint();
-        let all = (0..triangles.len() as u32).into_par_iter().with_min_len(1 << 12);
-        let mut near: Vec<(u64, u32)> = all.flat_map_iter(of_triangle).collect();
-        near.par_sort_unstable();
-        let is_near = |point: DVec3| {
-            cells_near(point).any(|cell| {
-                let in_cell = &near[near.partition_point(|place| place.0 < key(cell))..];
-                let mut in_cell = in_cell.iter().take_while(|place| place.0 == key(cell));
-                in_cell.any(|&(_, triangle)| squared_distance(point, corners(triangle)) <= NEAR * NEAR)
-            })
-        };
-        checkpoint();
-        let is_lost = |pair: &&DroppedPair| !pair.places().into_iter().all(is_near);
-        let lost: Vec<&DroppedPair> = pairs.par_iter().with_min_len(64).filter(is_lost).collect();
-        let walls = lost.iter().filter(|pair| pair.is_wall).count();
-        SubResolution { walls: walls as u64, gaps: (lost.len() - walls) as u64, unsupported: *unsupported }
+        let places: Vec<[DVec3; 2]> = dropped.pairs.iter().map(DroppedPair::places).collect();
+        SubResolution::of_lost(dropped, &lost(&places, NEAR, vertices, triangles))
     }
+
+    /// Counts the lost ones of dropped pairs, by number.
+    pub(super) fn of_lost(dropped: &Dropped, lost: &[usize]) -> SubResolution {
+        let walls = lost.iter().filter(|&&pair| dropped.pairs[pair].is_wall).count();
+        SubResolution { walls: walls as u64, gaps: (lost.len() - walls) as u64, unsupported: dropped.unsupported }
+    }
+}
+
+/// Returns the pairs of points, by number, of which a surface is further than `near_by` from one.
+pub(super) fn lost(pairs: &[[DVec3; 2]], near_by: f64, vertices: &[DVec3], triangles: &[[u32; 3]]) -> Vec<usize> {
+    if pairs.is_empty() {
+        return Vec::new();
+    }
+    let mut cells = CellFilter::new(4 * pairs.len());
+    let cells_near = |point| cells_of(point - near_by, point + near_by);
+    pairs.iter().flatten().flat_map(|&point| cells_near(point)).for_each(|cell| cells.add(cell));
+    let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| vertices[vertex as usize]);
+    // The triangles near the pairs, by cell.
+    let of_triangle = |triangle: u32| {
+        let [a, b, c] = corners(triangle);
+        let touched = cells_of(a.min(b).min(c), a.max(b).max(c));
+        touched.filter(|&cell| cells.may_be(cell)).map(move |cell| (key(cell), triangle))
+    };
+    checkpoint();
+    let all = (0..triangles.len() as u32).into_par_iter().with_min_len(1 << 12);
+    let mut near: Vec<(u64, u32)> = all.flat_map_iter(of_triangle).collect();
+    near.par_sort_unstable();
+    let is_near = |point: DVec3| {
+        cells_near(point).any(|cell| {
+            let in_cell = &near[near.partition_point(|place| place.0 < key(cell))..];
+            let mut in_cell = in_cell.iter().take_while(|place| place.0 == key(cell));
+            in_cell.any(|&(_, triangle)| squared_distance(point, corners(triangle)) <= near_by * near_by)
+        })
+    };
+    checkpoint();
+    let is_lost = |&pair: &usize| !pairs[pair].into_iter().all(is_near);
+    (0..pairs.len()).into_par_iter().with_min_len(64).filter(is_lost).collect()
 }
 
 #[cfg(test)]
@@ -74,6 +83,7 @@ mod tests {
     use crate::surface::contour;
     use crate::surface::cuts::Cuts;
     use crate::surface::edges::{EdgeSlab, Source};
+    use crate::surface::part::Part;
     use crate::testing::images::{closed, grid_around, surface_images};
     use crate::testing::meshes::{cube, reversed, together};
     use crate::testing::random::Random;
@@ -97,7 +107,7 @@ mod tests {
             let images = images.each_ref();
             let planes = NodePlanes::new(images, Mode::Exact).unwrap();
             let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact };
-            let slab = EdgeSlab::new(&source, &Cuts::of_thin(&source), -1..grid.rays()[2] as i32);
+            let slab = EdgeSlab::new(&source, &Cuts::of_thin(&source, Part::Whole), -1..grid.rays()[2] as i32);
             assert!(slab.dropped.pairs.len() > 20, "{}", slab.dropped.pairs.len());
             let surface = contour(images, Some(&normals), Mode::Exact).unwrap();
             assert_eq!(surface.sub_resolution, SubResolution { walls: lost[0], gaps: lost[1], unsupported: 0 });
@@ -117,7 +127,7 @@ mod tests {
         let images = images.each_ref();
         let planes = NodePlanes::new(images, Mode::Exact).unwrap();
         let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact };
-        let (cuts, layers) = (Cuts::of_thin(&source), -1..grid.rays()[2] as i32);
+        let (cuts, layers) = (Cuts::of_thin(&source, Part::Whole), -1..grid.rays()[2] as i32);
         let slab = EdgeSlab::new(&source, &cuts, layers.clone());
         let kept = layers.clone().flat_map(|k| (0..3).map(move |axis| (axis, k)));
         let [crossed, cut] = kept.fold([0, 0], |[crossed, cut], (axis, k)| {

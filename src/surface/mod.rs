@@ -20,16 +20,18 @@
 //!
 //! Walls and gaps finer than the lattice are kept where they extend over a cell or more (`cuts`): both surfaces then pass between
 //! two nodes. Other detail finer than the lattice cancels: its crossings between two nodes are dropped in pairs. At a sharp edge the
-//! mesh passes near them all the same. Pairs away from the mesh are lost, and counted (`lost`).
+//! mesh passes near them all the same. Pairs away from the mesh are lost, and counted (`lost`); where finer images can be made, cells
+//! around them are replaced by finer ones (`refine`).
 //! Triangles that cross one another are separated as far as pulling vertices back allows; remaining crossings are counted, and none
 //! remained in any test of models, random nodes and walls thinner than a pitch.
 //!
 //! # Slabs
 //! Layers of cells are processed in slabs, in parallel: the nodes of a slab from the images, its crossed edges with their
-//! crossings, the vertices of its cells, and its triangles. Beyond the images, the mesh itself and the edges that rays cross twice
-//! or more nothing larger than a slab is held in memory, and the result depends neither on the height of slabs nor on threads.
+//! crossings, the vertices of its cells, and its triangles. Beyond the images, the mesh itself, finer cells and the edges that rays
+//! cross twice or more nothing larger than a slab is held in memory, and the result depends neither on the height of slabs nor on threads.
 
 mod apart;
+mod border;
 mod cells;
 mod cones;
 mod cuts;
@@ -41,9 +43,11 @@ mod intersect;
 mod lost;
 pub mod manifold;
 mod pairing;
+mod part;
 pub mod parts;
 mod qef;
 mod quads;
+mod refine;
 mod resolve_self_intersections;
 pub mod simplify;
 
@@ -56,14 +60,16 @@ use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
 pub use apart::Apart;
 pub(crate) use apart::take_apart;
-use cells::{CellLayer, world_from_cells};
+use cells::{CellLayer, OfBorder, world_from_cells};
 use cuts::Cuts;
 use edges::{Dropped, EdgeSlab, Source};
 use feature::Feature;
 use features::Features;
 pub use lost::SubResolution;
 use pairing::JoinedFaces;
+use part::Part;
 use quads::{Cut, OpenQuad, Quad};
+pub use refine::{FineRays, FinerBlocks, MOST_LEVELS, contour_refined};
 use resolve_self_intersections::{Tangle, View};
 
 /// The coordinates that a mesh is made for.
@@ -82,6 +88,8 @@ pub struct Surface {
     pub mesh: TriangleMesh,
     /// Details finer than the lattice, which the mesh lacks.
     pub sub_resolution: SubResolution,
+    /// The blocks of finer cells that it has.
+    pub blocks: FinerBlocks,
     /// Nodes about which the images disagree; zero for exact images.
     pub disagreements: u64,
     /// An upper bound of the distance from the mesh of the samples that it rests on, in world units; it exceeds the largest
@@ -151,13 +159,33 @@ fn contour_by_slabs(
     coordinates: Coordinates,
     most_layers: i32,
 ) -> Result<Surface, SurfaceError> {
+    let source = source_of(images, normals, mode)?;
+    Ok(contour_part(source, Part::Whole, coordinates, most_layers)?.into_surface())
+}
+
+/// Returns images as the source of a contour.
+fn source_of<'a>(
+    images: [&'a Ldi; 3],
+    normals: Option<&'a [[f32; 3]]>,
+    mode: Mode,
+) -> Result<Source<'a>, SurfaceError> {
     let planes = NodePlanes::new(images, mode)?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
-    let grid = planes.grid().translated(-coordinates.offset);
-    let mut contour = Contour::new(Source { planes, images, normals, mode }, grid, coordinates.precision);
-    let layers = planes.grid().rays()[2] as i32;
-    let [columns, rows, _] = planes.grid().rays().map(u64::from);
+    Ok(Source { planes, images, normals, mode })
+}
+
+/// Contours some of the cells by slabs of at most some layers.
+fn contour_part(
+    source: Source,
+    part: Part,
+    coordinates: Coordinates,
+    most_layers: i32,
+) -> Result<Contoured, SurfaceError> {
+    let whole = source.planes.grid();
+    let mut contour = Contour::new(source, part, whole.translated(-coordinates.offset), coordinates.precision);
+    let layers = whole.rays()[2] as i32;
+    let [columns, rows, _] = whole.rays().map(u64::from);
     let plane = (columns + 2).div_ceil(64) * (rows + 2);
     let height = (SLAB_WORDS / plane).clamp(1, most_layers as u64) as i32;
     for first in (-1..layers).step_by(height as usize) {
@@ -166,12 +194,61 @@ fn contour_by_slabs(
     Ok(contour.finish())
 }
 
+/// The triangles of a contour, in coordinates of its cells.
+struct Contoured {
+    grid: Grid,
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// The vertices beside blocks of finer cells.
+    of_borders: Vec<OfBorder>,
+    dropped: Dropped,
+    disagreements: u64,
+    /// The bound of the samples' distance, in pitches.
+    distance: f32,
+    moved: u64,
+    stayed: u64,
+    pulled: u64,
+    crossing_pairs: u64,
+}
+
+impl Contoured {
+    /// Converts to world coordinates.
+    fn into_surface(self) -> Surface {
+        let sub_resolution = SubResolution::of(&self.dropped, &self.vertices, &self.triangles);
+        self.into_surface_that_lacks(sub_resolution)
+    }
+
+    /// Converts to world coordinates where what the surface lacks is known.
+    fn into_surface_that_lacks(mut self, sub_resolution: SubResolution) -> Surface {
+        let grid = self.grid;
+        let mut positions = std::mem::take(&mut self.vertices);
+        positions.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
+        self.with_positions(positions, sub_resolution)
+    }
+
+    /// Returns the surface with the given world coordinates.
+    fn with_positions(self, positions: Vec<DVec3>, sub_resolution: SubResolution) -> Surface {
+        Surface {
+            mesh: TriangleMesh { positions, triangles: self.triangles },
+            sub_resolution,
+            blocks: FinerBlocks::default(),
+            disagreements: self.disagreements,
+            distance: f64::from(self.distance) * self.grid.pitch(),
+            moved: self.moved,
+            stayed: self.stayed,
+            pulled: self.pulled,
+            crossing_pairs: self.crossing_pairs,
+        }
+    }
+}
+
 /// Greatest distance, in lattice steps, of a surface from its position before its vertices were rounded to the lattice.
 const LATTICE_STEPS: f64 = 4.0;
 
 /// The state of a surface under construction.
 struct Contour<'a> {
     source: Source<'a>,
+    part: Part<'a>,
     /// The grid of the mesh.
     grid: Grid,
     precision: Precision,
@@ -189,6 +266,7 @@ struct Contour<'a> {
     /// First triangles of closed quadrilaterals that are turned away from their crossing's normal.
     irregular: Vec<u32>,
     distance: f32,
+    of_borders: Vec<OfBorder>,
     dropped: Dropped,
     disagreements: u64,
 }
@@ -203,19 +281,25 @@ struct Patch {
 }
 
 impl<'a> Contour<'a> {
-    fn new(source: Source<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
-        let cuts = Cuts::of_thin(&source);
+    fn new(source: Source<'a>, part: Part<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
+        let cuts = Cuts::of_thin(&source, part);
+        // The first vertices of a block are those of its border.
+        let border = || part.border().into_iter().flat_map(|border| (0..).zip(border.places()));
+        let vertices: Vec<DVec3> = border().map(|(_, (_, place))| place).collect();
+        let features: Vec<Feature> = border().map(|(number, (vertex, place))| vertex.feature(number, place)).collect();
         Contour {
             source,
+            part,
             grid,
             precision,
-            joined: JoinedFaces::default(),
+            joined: JoinedFaces::of(part),
             cuts,
             before: (CellLayer::default(), 0),
-            vertices: Vec::new(),
+            marks: (1..=features.len() as u32).collect(),
+            vertices,
             triangles: Vec::new(),
-            features: Vec::new(),
-            marks: Vec::new(),
+            features,
+            of_borders: Vec::new(),
             open: Vec::new(),
             irregular: Vec::new(),
             distance: 0.0,
@@ -230,12 +314,12 @@ impl<'a> Contour<'a> {
         let mut slab = EdgeSlab::new(&self.source, &self.cuts, range.clone());
         self.dropped.append(std::mem::take(&mut slab.dropped));
         self.disagreements += slab.nodes.disagreements(range.start + 1..range.end + 1);
-        self.cuts.add_necks(&self.source, &slab);
-        self.joined.decide(&self.source, &slab, &self.cuts);
+        self.cuts.add_necks(&self.source, &slab, self.part);
+        self.joined.decide(&self.source, &slab, &self.cuts, self.part);
         let layers: Vec<CellLayer> = range
             .clone()
             .into_par_iter()
-            .map(|k| CellLayer::new(&slab, &self.joined, &self.cuts, &self.grid, k))
+            .map(|k| CellLayer::new(&slab, &self.joined, &self.cuts, &self.grid, self.part, k))
             .collect();
         let mut firsts = Vec::with_capacity(layers.len());
         for layer in &layers {
@@ -243,6 +327,8 @@ impl<'a> Contour<'a> {
             firsts.push(first);
             self.vertices.extend_from_slice(&layer.vertices);
             self.marks.resize(self.vertices.len(), 0);
+            let of_borders = layer.of_borders.iter();
+            self.of_borders.extend(of_borders.map(|of| OfBorder { vertex: first + of.vertex, ..*of }));
             for feature in &layer.features {
                 let feature = Feature { vertex: first + feature.vertex, ..*feature };
                 self.features.push(feature);
@@ -253,6 +339,13 @@ impl<'a> Contour<'a> {
             -1 => (&self.before.0, self.before.1),
             at => (&layers[at as usize], firsts[at as usize]),
         };
+        let part = self.part;
+        let vertex_of = |cell: [i32; 3], crossing: usize| {
+            part.border_vertex(cell, crossing).unwrap_or_else(|| {
+                let (layer, first) = layer_of(cell[2]);
+                first + layer.vertex(cell[0], cell[1], crossing)
+            })
+        };
         let patches: Vec<Patch> = range
             .clone()
             .into_par_iter()
@@ -260,11 +353,12 @@ impl<'a> Contour<'a> {
                 let mut patch = Patch::default();
                 checkpoint();
                 for axis in 0..3 {
-                    for node in slab.crossed_in(axis, k) {
-                        self.add_quad(&mut patch, Quad::around(&slab, axis, node, layer_of));
+                    for node in slab.crossed_in(axis, k).filter(|&node| part.has_edge(axis, node)) {
+                        self.add_quad(&mut patch, Quad::around(&slab, axis, node, vertex_of));
                     }
-                    for (node, crossings) in self.cuts.in_layer(axis, k) {
-                        for quad in Quad::around_cut(axis, node, crossings, slab.is_inside(node), layer_of) {
+                    let of_part = |(node, _): &([i32; 3], _)| part.has_edge(axis, *node);
+                    for (node, crossings) in self.cuts.in_layer(axis, k).filter(of_part) {
+                        for quad in Quad::around_cut(axis, node, crossings, slab.is_inside(node), vertex_of) {
                             self.add_quad(&mut patch, quad);
                         }
                     }
@@ -288,6 +382,10 @@ impl<'a> Contour<'a> {
     fn add_quad(&self, patch: &mut Patch, quad: Quad) {
         let triangle = patch.triangles.len() as u32;
         if quad.corners.iter().any(|&vertex| self.marks[vertex as usize] != 0) {
+            let quad = match self.part.border() {
+                Some(border) => quad.beside_block(|vertex| (vertex as usize) < border.vertices.len()),
+                None => quad,
+            };
             patch.open.push(OpenQuad { triangle, quad });
             patch.triangles.extend([[0; 3]; 2]);
         } else {
@@ -300,9 +398,8 @@ impl<'a> Contour<'a> {
         }
     }
 
-    /// Moves vertices beyond their cells, cuts open quadrilaterals, separates triangles that cross one another, and converts to
-    /// world coordinates.
-    fn finish(mut self) -> Surface {
+    /// Moves vertices beyond their cells, cuts open quadrilaterals, and separates triangles that cross one another.
+    fn finish(mut self) -> Contoured {
         let features = Features::new(&self.features, &self.marks, &self.open);
         let rounding = LATTICE_STEPS / f64::from(1u32 << self.grid.shift());
         let stayed = features.resolve(rounding, &mut self.vertices);
@@ -315,15 +412,15 @@ impl<'a> Contour<'a> {
             }
         }
         drop(features);
-        let sub_resolution = SubResolution::of(&self.dropped, &self.vertices, &self.triangles);
-        let grid = self.grid;
-        self.vertices.par_iter_mut().for_each(|vertex| *vertex = world_from_cells(&grid, *vertex));
         let movers = self.features.iter().filter(|feature| feature.target.is_some()).count() as u64;
-        Surface {
-            mesh: TriangleMesh { positions: self.vertices, triangles: self.triangles },
-            sub_resolution,
+        Contoured {
+            grid: self.grid,
+            vertices: self.vertices,
+            triangles: self.triangles,
+            of_borders: self.of_borders,
+            dropped: self.dropped,
             disagreements: self.disagreements,
-            distance: f64::from(self.distance) * grid.pitch(),
+            distance: self.distance,
             moved: movers - stayed,
             stayed,
             pulled: parted.pulled,

@@ -7,8 +7,9 @@ use glam::Vec3;
 
 use super::cuts::{CutCell, Cuts, edge_of};
 use super::edges::{EdgeSlab, Source};
+use super::part::Part;
 use crate::bits::{Ones, after};
-use crate::cell::{Signs, arcs, at_fault};
+use crate::cell::{Signs, arcs, at_fault, is_ambiguous};
 
 /// A face is joined only if the ends of its arcs are then nearer to each other's planes by this factor than if it were not.
 const FLATTER: f64 = 0.5;
@@ -28,6 +29,13 @@ pub struct JoinedFaces {
 pub type Face = ([i32; 3], usize);
 
 impl JoinedFaces {
+    /// Creates the faces of a block of finer cells, of which those on its border are decided.
+    pub fn of(part: Part) -> JoinedFaces {
+        let mut joined = JoinedFaces::default();
+        part.border().into_iter().flat_map(|border| &border.joined).for_each(|&face| joined.turn(face));
+        joined
+    }
+
     /// Returns the signs of a cell with some corners inside.
     pub fn signs(&self, inside: u8, cell: [i32; 3], cuts: &Cuts) -> Signs {
         let CutCell { cut, joined, .. } = cuts.in_cell(cell);
@@ -46,12 +54,14 @@ impl JoinedFaces {
     /// Planes propose a pairing for each face, one layer ahead. Where four quadrilaterals would meet in one edge the other is
     /// taken: plane after plane, those across z below a layer, then those across x and y in it. So the decisions do not depend on
     /// where slabs begin.
-    pub fn decide(&mut self, source: &Source, slab: &EdgeSlab, cuts: &Cuts) {
+    ///
+    /// Faces on the border of a block of finer cells are decided with that.
+    pub fn decide(&mut self, source: &Source, slab: &EdgeSlab, cuts: &Cuts, part: Part) {
         let layers = slab.layers();
         // Older layers are not queried again.
         self.of_cell.retain(|cell, _| cell[2] >= layers.start);
         let ambiguous: Vec<Vec<Face>> =
-            (layers.start..layers.end + 1).into_par_iter().map(|k| ambiguous(slab, k)).collect();
+            (layers.start..layers.end + 1).into_par_iter().map(|k| of_part(ambiguous(slab, k), part)).collect();
         let new = ambiguous.iter().zip(layers.start..).filter(|&(_, k)| self.next.is_none_or(|next| k >= next));
         let new: Vec<Face> = new.flat_map(|(faces, _)| faces.iter().copied()).collect();
         // The plane of the upper cell's other corners may lie beyond the slab.
@@ -68,6 +78,14 @@ impl JoinedFaces {
     }
 }
 
+/// Returns the faces that a contour decides.
+fn of_part(mut faces: Vec<Face>, part: Part) -> Vec<Face> {
+    if let Part::Within(_) = part {
+        faces.retain(|&face| part.makes(face.0) && part.makes(below(face)));
+    }
+    faces
+}
+
 /// Returns the cell below a face.
 fn below((above, axis): Face) -> [i32; 3] {
     let mut cell = above;
@@ -81,15 +99,14 @@ pub fn joined_faces(source: &Source, inside: u8, cell: [i32; 3]) -> u8 {
         let (axis, side) = (face / 2, face % 2);
         let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
         let of_face = inside >> (side << axis) & (1 | 1 << u | 1 << v | 1 << (u | v));
-        let is_ambiguous = of_face == 1 | 1 << (u | v) || of_face == 1 << u | 1 << v;
         let mut above = cell;
         above[axis] += side as i32;
-        bits | u8::from(is_ambiguous && are_joined(source, of_face, (above, axis))) << face
+        bits | u8::from(is_ambiguous(inside, axis, side) && are_joined(source, of_face, (above, axis))) << face
     })
 }
 
 /// Returns whether the arcs of an ambiguous face agree better with the planes at their ends if it is joined.
-fn are_joined(source: &Source, inside: u8, (above, axis): Face) -> bool {
+pub fn are_joined(source: &Source, inside: u8, (above, axis): Face) -> bool {
     let place = |edge: usize| {
         let (along, node) = edge_of(above, edge);
         let crossing = source.first_crossing(along, node)?;

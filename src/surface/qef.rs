@@ -53,6 +53,11 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// Returns the box in coordinates from a point.
+    pub fn from(&self, base: DVec3) -> Bounds {
+        Bounds { least: self.least - base, greatest: self.greatest - base }
+    }
+
     fn hold(&self, point: DVec3) -> DVec3 {
         point.clamp(self.least, self.greatest)
     }
@@ -87,12 +92,24 @@ pub struct Loop {
 }
 
 impl Loop {
+    /// Returns the loop of some crossings: places and normals. Of more than [`MOST_CROSSINGS`], some are left out evenly.
+    pub fn of(crossings: &[(DVec3, [f32; 3])]) -> Loop {
+        let mut of_loop = Loop::default();
+        let step = crossings.len().div_ceil(MOST_CROSSINGS).max(1);
+        crossings.iter().step_by(step).for_each(|&(point, normal)| of_loop.add_at(point, normal));
+        of_loop
+    }
+
     /// Adds the crossing of the edge from `corner` along `axis`.
     pub fn add(&mut self, corner: DVec3, axis: usize, crossing: &Crossing) {
         let mut point = corner;
         point[axis] += f64::from(crossing.at);
+        self.add_at(point, crossing.normal);
+    }
+
+    fn add_at(&mut self, point: DVec3, normal: [f32; 3]) {
         self.points[self.count] = point;
-        self.normals[self.count] = DVec3::from_array(crossing.normal.map(f64::from));
+        self.normals[self.count] = DVec3::from_array(normal.map(f64::from));
         self.count += 1;
     }
 

@@ -2,7 +2,6 @@
 
 use glam::{DVec3, Vec3};
 
-use super::cells::CellLayer;
 use super::edges::{Crossing, EdgeSlab};
 use crate::cell::{UPPER, edge_at};
 
@@ -27,27 +26,22 @@ pub struct Quad {
 }
 
 impl Quad {
-    /// Returns the quadrilateral around an edge along `axis` from `node`, whose ends differ. `layer_of` returns the cells of a
-    /// layer and their first vertex.
-    pub fn around<'l>(
-        slab: &EdgeSlab,
-        axis: usize,
-        node: [i32; 3],
-        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
-    ) -> Quad {
-        Quad::at(axis, node, slab.crossing(axis, node), slab.is_inside(node), 0, layer_of)
+    /// Returns the quadrilateral around an edge along `axis` from `node`, whose ends differ. `vertex_of` returns the vertex of the loop
+    /// of a cell that one of its crossings belongs to.
+    pub fn around(slab: &EdgeSlab, axis: usize, node: [i32; 3], vertex_of: impl Fn([i32; 3], usize) -> u32) -> Quad {
+        Quad::at(axis, node, slab.crossing(axis, node), slab.is_inside(node), 0, vertex_of)
     }
 
     /// Returns the quadrilaterals around the two crossings of a cut edge, whose ends are inside or outside.
-    pub fn around_cut<'l>(
+    pub fn around_cut(
         axis: usize,
         node: [i32; 3],
         [lower, upper]: [Crossing; 2],
         is_inside: bool,
-        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
+        vertex_of: impl Fn([i32; 3], usize) -> u32,
     ) -> [Quad; 2] {
-        let lower = Quad::at(axis, node, lower, is_inside, 0, &layer_of);
-        let upper = Quad::at(axis, node, upper, !is_inside, UPPER, &layer_of);
+        let lower = Quad::at(axis, node, lower, is_inside, 0, &vertex_of);
+        let upper = Quad::at(axis, node, upper, !is_inside, UPPER, &vertex_of);
         // At a rim both may have the same vertices on one diagonal, which is then an edge of neither.
         let are_shared = |i: usize, j: usize| [i, j].iter().all(|&at| upper.corners.contains(&lower.corners[at]));
         let forced = |of_lower: bool| match (are_shared(0, 2), are_shared(1, 3)) {
@@ -61,26 +55,38 @@ impl Quad {
 
     /// Returns the quadrilateral around a crossing, with the solid below it or above; `number` is the crossing's number minus
     /// the edge's.
-    fn at<'l>(
+    fn at(
         axis: usize,
         node: [i32; 3],
         crossing: Crossing,
         is_below: bool,
         number: usize,
-        layer_of: impl Fn(i32) -> (&'l CellLayer, u32),
+        vertex_of: impl Fn([i32; 3], usize) -> u32,
     ) -> Quad {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let mut corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(du, dv)| {
             let mut cell = node;
             cell[u] -= 1 - du;
             cell[v] -= 1 - dv;
-            let (layer, first) = layer_of(cell[2]);
-            first + layer.vertex(cell[0], cell[1], edge_at(axis, 1 - du as usize, 1 - dv as usize) + number)
+            vertex_of(cell, edge_at(axis, 1 - du as usize, 1 - dv as usize) + number)
         });
         if !is_below {
             corners.reverse();
         }
         Quad { corners, node, axis: axis as u8, crossing, forced: None }
+    }
+
+    /// Chooses the diagonal where some corners are of cells beside a block of finer ones: two of those may have other edges in common.
+    pub fn beside_block(self, is_of_border: impl Fn(u32) -> bool) -> Quad {
+        let [a, b, c, d] = self.corners;
+        let forced = match [a, b, c, d].map(is_of_border) {
+            // A triangle: a corner occurs twice.
+            _ if a == b || b == c || c == d || d == a => Some(true),
+            [true, _, true, _] => Some(false),
+            [_, true, _, true] => Some(true),
+            _ => self.forced,
+        };
+        Quad { forced, ..self }
     }
 
     /// Returns the corners relative to the lower end of the edge: near it 32 bits are sufficient.

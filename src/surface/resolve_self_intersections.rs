@@ -179,7 +179,7 @@ impl<'a> Tangle<'a> {
         let mut suspects = self.unsound.clone();
         self.features.all.iter().filter(|feature| !feature.is_alone).for_each(|feature| suspects.add(feature.vertex));
         let mut active = self.quads_of(&suspects);
-        let beyond = (0..self.features.all.len()).filter(|&i| self.is_beyond(i));
+        let beyond = (0..self.features.all.len()).filter(|&i| self.is_beyond(i) || self.features.all[i].is_between);
         self.far = beyond
             .flat_map(|i| self.features.around(i))
             .map(|&at| self.features.quads[at as usize].triangle / 2)
@@ -205,11 +205,7 @@ impl<'a> Tangle<'a> {
             }
             crossing = self.crossing_after(changed, &crossing);
         }
-        Parted {
-            pulled: self.steps.iter().filter(|&&steps| steps > 0).count() as u64,
-            left: crossing.len() as u64,
-            distances: std::mem::take(&mut self.distances),
-        }
+        Parted { pulled: self.pulled(), left: crossing.len() as u64, distances: std::mem::take(&mut self.distances) }
     }
 
     /// Returns the quadrilaterals, by number, that have any of some vertices for a corner.
@@ -277,7 +273,7 @@ impl<'a> Tangle<'a> {
         far.into_iter().for_each(|quad| quads.add(quad));
         quads.bits.iter_mut().zip(&active.bits).for_each(|(bits, active)| *bits |= active);
         let of_quad = |quad: u32| [2 * quad, 2 * quad + 1].map(|triangle| self.candidate(triangle, active.has(quad)));
-        let candidates: Vec<Candidate> = quads.all().flat_map(of_quad).collect();
+        let candidates: Vec<Candidate> = quads.all().flat_map(of_quad).filter(has_corners).collect();
         let is_sound = |vertex: &u32| !self.unsound.has(*vertex);
         let do_meet = |one: &Candidate, other: &Candidate| {
             !one.vertices.iter().any(|vertex| other.vertices.contains(vertex) && is_sound(vertex))
@@ -500,6 +496,12 @@ impl<'a> Tangle<'a> {
         false
     }
 
+    /// Returns the number of vertices that were pulled back.
+    fn pulled(&self) -> u64 {
+        let features = self.features.all.iter().filter(|feature| !feature.is_between);
+        features.zip(&self.steps).filter(|&(_, &steps)| steps > 0).count() as u64
+    }
+
     /// Returns whether a feature is still beyond its cell.
     fn is_beyond(&self, feature: usize) -> bool {
         self.start[feature] != self.features.all[feature].held && self.steps[feature] < 2
@@ -514,6 +516,12 @@ fn on_edge(places: [DVec3; 4]) -> DVec3 {
         + (places.into_iter().sum::<DVec3>() / 4.0 - greatest)
             .clamp(DVec3::splat(EDGE_MARGIN), DVec3::splat(1.0 - EDGE_MARGIN));
     DVec3::select(least.cmpeq(greatest), along, greatest)
+}
+
+/// Returns whether the corners of a triangle differ: beside a block of finer cells, those of one triangle of a pair may not.
+fn has_corners(candidate: &Candidate) -> bool {
+    let [a, b, c] = candidate.vertices;
+    a != b && b != c && c != a
 }
 
 /// Returns whether a plane clearly separates two triangles except at shared vertices, wherever vertices are moved by `blur`:

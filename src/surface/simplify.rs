@@ -527,7 +527,7 @@ fn corners_of_new(pairs: &[[u32; 2]], mesh: &TriangleMesh, is_new: &[bool]) -> V
 
 /// Returns the pairs of triangles that meet elsewhere than in what they share, exactly or rounded, of which at least one is new and at
 /// least one is tested. All that are tested, if any, touch one of the boxes `within`, if there are any given.
-fn crossing(
+pub(super) fn crossing(
     mesh: &TriangleMesh,
     [is_new, is_tested]: [&[bool]; 2],
     within: Option<&[Box32]>,

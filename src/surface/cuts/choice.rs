@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::super::edges::{Crossing, Pair, Source};
 use super::super::pairing::{Face, joined_faces};
+use super::super::part::Part;
 use super::super::qef::MOST_CROSSINGS;
 use super::{CutCell, Cuts, Place, apart, cells_around, edge_of, place};
 use crate::cancel::checkpoint;
@@ -38,8 +39,8 @@ struct Choice<'a> {
 
 impl Cuts {
     /// Finds the walls and gaps of images that are thinner than the lattice.
-    pub fn of_thin(source: &Source) -> Cuts {
-        let mut choice = Choice::new(source);
+    pub fn of_thin(source: &Source, part: Part) -> Cuts {
+        let mut choice = Choice::new(source, part);
         choice.follow();
         choice.settle();
         let Choice { edges, cells, .. } = choice;
@@ -57,11 +58,12 @@ impl Cuts {
 
 impl<'a> Choice<'a> {
     /// Takes all edges that rays cross twice between nodes of the same sign.
-    fn new(source: &'a Source<'a>) -> Choice<'a> {
+    fn new(source: &'a Source<'a>, part: Part) -> Choice<'a> {
         let is_between_equals = |pair: &Pair| {
             let mut end = pair.node;
             end[pair.axis] += 1;
-            [pair.node, end].into_iter().all(|node| source.is_inside(node) != pair.enters)
+            part.may_cut(pair.axis, pair.node)
+                && [pair.node, end].into_iter().all(|node| source.is_inside(node) != pair.enters)
         };
         let pairs: Vec<Pair> = source.pairs().into_par_iter().filter(is_between_equals).collect();
         let edges = pairs.iter().map(|pair| (place(pair.axis, pair.node), apart(pair.crossings))).collect();

@@ -1,0 +1,396 @@
+//! The cells beside a block of finer ones: their loops and vertices.
+//!
+//! A cell that shares a face or an edge with a cell that finer ones replace has parts of faces and edges instead of whole ones. The
+//! surface leaves arcs on the parts as on whole ones, and loops of arcs again have one vertex each. So the mesh stays closed and a
+//! manifold, by construction: each crossed part of an edge has one polygon, whose corners are the loops around it (Ju et al. 2002, the
+//! minimal edges of an octree), and each arc, which is a side of a polygon, belongs to two.
+//!
+//! Nothing is cut on the border: crossings of a part of an edge that cancel are dropped.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::{DVec3, Vec3};
+
+use super::cells::{APART, REACH, bounds_of, grid_bounds};
+use super::cuts::{Cuts, cells_around, edge_of};
+use super::edges::{Source, UNKNOWN};
+use super::feature::Feature;
+use super::pairing::{Face, are_joined, joined_faces};
+use super::part::{CellMap, CellSet};
+use super::qef::{Bounds, Loop};
+use crate::cell::{Signs, arcs, edge_at, edge_between, face_corners, is_ambiguous, loops};
+use crate::grid::Grid;
+
+/// The relation of the cells of a block to those that they replace.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Cells are replaced by 2^levels along each axis.
+    pub levels: u32,
+    /// The first finer cell of cell 0.
+    pub offset: [i32; 3],
+}
+
+impl Scale {
+    /// Returns the first of the finer cells of a cell, or the finer node at a node.
+    pub fn fine(self, at: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|i| (at[i] << self.levels) + self.offset[i])
+    }
+
+    /// Returns the cell that a finer cell lies in.
+    pub fn coarse(self, fine: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|i| (fine[i] - self.offset[i]) >> self.levels)
+    }
+
+    /// Returns the number of finer cells in a cell along each axis.
+    pub fn parts(self) -> i32 {
+        1 << self.levels
+    }
+
+    /// Converts coordinates of finer cells.
+    pub fn place(self, fine: DVec3) -> DVec3 {
+        (fine - DVec3::from_array(self.offset.map(f64::from))) / f64::from(self.parts())
+    }
+
+    /// Converts to coordinates of finer cells.
+    pub fn fine_place(self, place: DVec3) -> DVec3 {
+        place * f64::from(self.parts()) + DVec3::from_array(self.offset.map(f64::from))
+    }
+}
+
+/// A crossed edge of a cell: a whole one, or one of the parts of an edge, in coordinates of finer cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct Edge {
+    is_whole: bool,
+    axis: usize,
+    node: [i32; 3],
+}
+
+/// A cell beside a block, and its loops.
+#[derive(Clone, Debug)]
+pub struct BorderCell {
+    /// The number of its first vertex among those of the border.
+    pub first: u32,
+    pub count: u32,
+    /// For each of its edges that is whole the loop of the crossing.
+    pub of_whole: [u16; 12],
+}
+
+/// The vertex of a loop, in coordinates of cells.
+#[derive(Clone, Copy, Debug)]
+pub struct BorderVertex {
+    pub place: DVec3,
+    pub facing: Vec3,
+}
+
+impl BorderVertex {
+    /// Returns it as a feature that stays at its place, which is given in the coordinates of a contour.
+    pub fn feature(&self, vertex: u32, place: DVec3) -> Feature {
+        let facing = self.facing;
+        Feature { vertex, target: None, held: place, mean: place, facing, is_alone: false, is_between: true }
+    }
+}
+
+/// The border of a block.
+pub struct Border {
+    pub scale: Scale,
+    /// The cells beside the block that the surface passes.
+    pub cells: BTreeMap<[i32; 3], BorderCell>,
+    pub vertices: Vec<BorderVertex>,
+    of_part: HashMap<([i32; 3], usize, [i32; 3]), u32>,
+    /// The joined faces between finer cells and the border.
+    pub joined: Vec<Face>,
+    /// The box of the whole grid, in coordinates of finer cells.
+    pub limits: Bounds,
+}
+
+/// The input of a border.
+pub struct Sides<'a> {
+    pub source: &'a Source<'a>,
+    pub grid: &'a Grid,
+    /// The cells that are replaced.
+    pub replaced: &'a CellSet,
+    /// The finer images.
+    pub fine: &'a Source<'a>,
+    pub scale: Scale,
+}
+
+impl Border {
+    /// Finds the loops of the cells beside a block, and places their vertices.
+    pub fn new(sides: &Sides, beside: &CellSet, cuts: &Cuts) -> Border {
+        let mut beside: Vec<[i32; 3]> = beside.iter().copied().collect();
+        beside.sort_unstable();
+        let mut tracer = Tracer { sides, cuts, joined: HashMap::new(), paired: HashMap::new() };
+        tracer.propose(&beside);
+        let mut traced: CellMap<Traced> = beside.iter().map(|&cell| (cell, tracer.trace(cell))).collect();
+        tracer.mend(&beside, &mut traced);
+        let joined = tracer.joined.iter().filter(|(_, joined)| **joined).map(|(face, _)| *face).collect();
+        let mut border = Border { joined, ..Border::empty(sides.scale, sides.grid) };
+        for cell in beside {
+            border.add(sides, cell, &traced[&cell]);
+        }
+        border
+    }
+
+    /// Returns a border without cells.
+    pub fn empty(scale: Scale, grid: &Grid) -> Border {
+        let (cells, of_part) = (BTreeMap::new(), HashMap::new());
+        let Bounds { least, greatest } = grid_bounds(grid);
+        let limits = Bounds { least: scale.fine_place(least), greatest: scale.fine_place(greatest) };
+        Border { scale, cells, vertices: Vec::new(), of_part, joined: Vec::new(), limits }
+    }
+
+    /// Returns the vertex of the loop that a part of an edge belongs to in the cell that holds a finer one.
+    pub fn vertex(&self, fine: [i32; 3], axis: usize, node: [i32; 3]) -> u32 {
+        self.of_part[&(self.scale.coarse(fine), axis, node)]
+    }
+
+    /// Returns the vertices with their places in coordinates of finer cells.
+    pub fn places(&self) -> impl Iterator<Item = (&BorderVertex, DVec3)> {
+        self.vertices.iter().map(|vertex| (vertex, self.scale.fine_place(vertex.place)))
+    }
+
+    fn add(&mut self, sides: &Sides, cell: [i32; 3], traced: &Traced) {
+        if traced.count == 0 {
+            return;
+        }
+        let first = self.vertices.len() as u32;
+        let mut of_whole = [u16::MAX; 12];
+        let mut points = vec![Vec::new(); traced.count as usize];
+        let base = DVec3::from_array(cell.map(f64::from));
+        for (edge, &number) in &traced.of_edge {
+            let Edge { is_whole, axis, node } = *edge;
+            if is_whole {
+                let [u, v] = [(axis + 1) % 3, (axis + 2) % 3].map(|i| (node[i] - cell[i]) as usize);
+                of_whole[edge_at(axis, u, v)] = number;
+            } else {
+                self.of_part.insert((cell, axis, node), first + u32::from(number));
+            }
+            let source = if is_whole { sides.source } else { sides.fine };
+            // A ray that does not close has no crossings.
+            let crossing = source.first_crossing(axis, node).unwrap_or(UNKNOWN);
+            let place = crossing.place(axis, node);
+            let place = if is_whole { place } else { sides.scale.place(place) };
+            points[usize::from(number)].push((place - base, crossing.normal));
+        }
+        let bounds = bounds_of(cell, &grid_bounds(sides.grid));
+        let places: Vec<_> = points.iter().map(|points| Loop::of(points).place(&bounds, REACH)).collect();
+        let are_near = |held: &dyn Fn(usize) -> DVec3| {
+            (0..places.len()).any(|i| (0..i).any(|j| held(i).distance(held(j)) < APART))
+        };
+        let is_held = !are_near(&|i| places[i].held);
+        for place in &places {
+            let within = if is_held { place.held } else { place.mean };
+            self.vertices.push(BorderVertex { place: base + within, facing: place.facing.as_vec3() });
+        }
+        self.cells.insert(cell, BorderCell { first, count: traced.count, of_whole });
+    }
+}
+
+/// The loops of a cell.
+struct Traced {
+    count: u32,
+    of_edge: BTreeMap<Edge, u16>,
+}
+
+/// Follows arcs on the faces of cells beside a block.
+struct Tracer<'a> {
+    sides: &'a Sides<'a>,
+    cuts: &'a Cuts,
+    /// The ambiguous faces between finer cells and the border, and whether they are joined.
+    joined: HashMap<Face, bool>,
+    /// The arcs of whole faces on which they are paired otherwise, as the cell above sees them.
+    paired: HashMap<Face, Vec<[Edge; 2]>>,
+}
+
+fn moved(mut cell: [i32; 3], axis: usize, by: i32) -> [i32; 3] {
+    cell[axis] += by;
+    cell
+}
+
+impl Tracer<'_> {
+    /// Returns the sides of a cell that finer cells share, by axis and side.
+    fn shared(&self, cell: [i32; 3]) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let all = (0..6).map(|face| (face / 2, face % 2));
+        all.filter(move |&(axis, side)| self.sides.replaced.contains(&moved(cell, axis, 2 * side as i32 - 1)))
+    }
+
+    /// Returns the finer cells within a cell that lie on a face of it.
+    fn behind(&self, cell: [i32; 3], axis: usize, side: usize) -> impl Iterator<Item = [i32; 3]> {
+        let (first, parts) = (self.sides.scale.fine(cell), self.sides.scale.parts());
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        (0..parts * parts).map(move |at| {
+            let mut fine = first;
+            fine[axis] += side as i32 * (parts - 1);
+            fine[u] += at % parts;
+            fine[v] += at / parts;
+            fine
+        })
+    }
+
+    /// Returns the corners of a face of a finer cell that are inside, as bits of the cell's corners.
+    fn inside_of_face(&self, fine: [i32; 3], axis: usize, side: usize) -> u8 {
+        let corners = face_corners(axis, side).into_iter();
+        corners.fold(0, |bits, corner| {
+            let node = [0, 1, 2].map(|i| fine[i] + (corner >> i & 1) as i32);
+            bits | u8::from(self.sides.fine.is_inside(node)) << corner
+        })
+    }
+
+    fn propose(&mut self, beside: &[[i32; 3]]) {
+        for &cell in beside {
+            let shared: Vec<(usize, usize)> = self.shared(cell).collect();
+            for (axis, side) in shared {
+                for fine in self.behind(cell, axis, side).collect::<Vec<_>>() {
+                    let inside = self.inside_of_face(fine, axis, side);
+                    if is_ambiguous(inside, axis, side) {
+                        let face = (moved(fine, axis, side as i32), axis);
+                        let lowered = if side == 1 { inside >> (1 << axis) } else { inside };
+                        self.joined.insert(face, are_joined(self.sides.fine, lowered, face));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the arcs on a part of a face, from edge to edge.
+    fn arcs_of_part(&self, fine: [i32; 3], axis: usize, side: usize) -> Vec<[Edge; 2]> {
+        let inside = self.inside_of_face(fine, axis, side);
+        let is_joined = self.joined.get(&(moved(fine, axis, side as i32), axis)).copied().unwrap_or(false);
+        let signs = Signs { inside, joined: u8::from(is_joined) << (2 * axis + side), cut: 0 };
+        let edge = |crossing: usize| {
+            let (axis, node) = edge_of(fine, crossing);
+            Edge { is_whole: false, axis, node }
+        };
+        arcs(signs, axis, side).into_iter().flatten().map(|arc| arc.map(edge)).collect()
+    }
+
+    /// Returns the arcs on a face that is whole, although its edges may not be.
+    fn arcs_of_face(&self, cell: [i32; 3], axis: usize, side: usize) -> Vec<[Edge; 2]> {
+        if let Some(arcs) = self.paired.get(&(moved(cell, axis, side as i32), axis)) {
+            // From below, arcs run the other way.
+            return arcs.iter().map(|&[from, to]| if side == 0 { [from, to] } else { [to, from] }).collect();
+        }
+        let crossings = self.around(cell, axis, side);
+        let count = crossings.len();
+        let leaving = (0..count).filter(|&i| crossings[i].1);
+        leaving.map(|i| [crossings[i].0, crossings[(i + count - 1) % count].0]).collect()
+    }
+
+    /// Walks around a face counter-clockwise, seen from outside, and returns the crossed edges and whether the walk leaves the inside
+    /// there.
+    fn around(&self, cell: [i32; 3], axis: usize, side: usize) -> Vec<(Edge, bool)> {
+        let Sides { source, fine, scale, replaced, .. } = self.sides;
+        let corners = face_corners(axis, side);
+        let mut found = Vec::new();
+        for i in 0..4 {
+            let (from, to) = (corners[i], corners[(i + 1) % 4]);
+            let (along, node) = edge_of(cell, edge_between(from, to));
+            let is_whole = cells_around(along, node).iter().all(|(cell, _)| !replaced.contains(cell));
+            let (steps, source, start) =
+                if is_whole { (1, *source, node) } else { (scale.parts(), *fine, scale.fine(node)) };
+            let at = |step: i32| moved(start, along, step);
+            let signs: Vec<bool> = (0..=steps).map(|step| source.is_inside(at(step))).collect();
+            let mut of_edge: Vec<(Edge, bool)> = (0..steps)
+                .filter(|&step| signs[step as usize] != signs[step as usize + 1])
+                .map(|step| (Edge { is_whole, axis: along, node: at(step) }, signs[step as usize]))
+                .collect();
+            if from > to {
+                of_edge.reverse();
+                of_edge.iter_mut().for_each(|(_, leaves)| *leaves = !*leaves);
+            }
+            found.extend(of_edge);
+        }
+        found
+    }
+
+    fn trace(&self, cell: [i32; 3]) -> Traced {
+        let mut next: BTreeMap<Edge, Edge> = BTreeMap::new();
+        for face in 0..6 {
+            let (axis, side) = (face / 2, face % 2);
+            let is_shared = self.sides.replaced.contains(&moved(cell, axis, 2 * side as i32 - 1));
+            let arcs: Vec<[Edge; 2]> = match is_shared {
+                true => self.behind(cell, axis, side).flat_map(|fine| self.arcs_of_part(fine, axis, side)).collect(),
+                false => self.arcs_of_face(cell, axis, side),
+            };
+            next.extend(arcs.into_iter().map(|[from, to]| (from, to)));
+        }
+        let mut traced = Traced { count: 0, of_edge: BTreeMap::new() };
+        for &start in next.keys() {
+            let mut edge = start;
+            while let std::collections::btree_map::Entry::Vacant(entry) = traced.of_edge.entry(edge) {
+                entry.insert(traced.count as u16);
+                edge = next[&edge];
+                if edge == start {
+                    traced.count += 1;
+                }
+            }
+        }
+        traced
+    }
+
+    /// Pairs arcs otherwise on faces where four polygons would meet in one edge. Two arcs of one loop that exchange their ends split it,
+    /// and no other loop changes, so that what was paired stays right.
+    fn mend(&mut self, beside: &[[i32; 3]], traced: &mut CellMap<Traced>) {
+        for &cell in beside {
+            for face in 0..6 {
+                let (axis, side) = (face / 2, face % 2);
+                let other = moved(cell, axis, 2 * side as i32 - 1);
+                if self.sides.replaced.contains(&other) {
+                    for fine in self.behind(cell, axis, side).collect::<Vec<_>>() {
+                        let key = (moved(fine, axis, side as i32), axis);
+                        let Some(&is_joined) = self.joined.get(&key) else { continue };
+                        let arcs = self.arcs_of_part(fine, axis, side);
+                        let own = |edge: &Edge| traced[&cell].of_edge[edge];
+                        let beyond = moved(fine, axis, 2 * side as i32 - 1);
+                        let of_beyond = loops(self.signs(beyond)).of_crossing;
+                        let across = |edge: &Edge| u16::from(of_beyond[number(beyond, edge)]);
+                        if same(&arcs, own) && same(&arcs, across) {
+                            self.joined.insert(key, !is_joined);
+                            traced.insert(cell, self.trace(cell));
+                        }
+                    }
+                } else if side == 0 && traced.contains_key(&other) {
+                    let mut arcs = self.arcs_of_face(cell, axis, side);
+                    let loops = |traced: &CellMap<Traced>, [from, _]: &[Edge; 2]| {
+                        [cell, other].map(|cell| traced[&cell].of_edge[from])
+                    };
+                    let find = |traced: &CellMap<Traced>, arcs: &[[Edge; 2]]| {
+                        let all: Vec<[u16; 2]> = arcs.iter().map(|arc| loops(traced, arc)).collect();
+                        (1..all.len()).find_map(|j| Some((all[..j].iter().position(|one| *one == all[j])?, j)))
+                    };
+                    while let Some((i, j)) = find(traced, &arcs) {
+                        (arcs[i][1], arcs[j][1]) = (arcs[j][1], arcs[i][1]);
+                        self.paired.insert((cell, axis), arcs.clone());
+                        traced.insert(cell, self.trace(cell));
+                        traced.insert(other, self.trace(other));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Returns the signs of a finer cell of the block, with the proposed pairings of its own faces.
+    fn signs(&self, fine: [i32; 3]) -> Signs {
+        let inside = self.sides.fine.corners_inside(fine);
+        let cut = self.cuts.in_cell(fine);
+        let mut joined = joined_faces(self.sides.fine, inside, fine) | cut.joined;
+        for face in 0..6 {
+            if let Some(&is_joined) = self.joined.get(&(moved(fine, face / 2, (face % 2) as i32), face / 2)) {
+                joined = joined & !(1 << face) | u8::from(is_joined) << face;
+            }
+        }
+        Signs { inside, joined, cut: cut.cut }
+    }
+}
+
+/// Returns the number of an edge of a finer cell in it.
+fn number(fine: [i32; 3], edge: &Edge) -> usize {
+    let [u, v] = [(edge.axis + 1) % 3, (edge.axis + 2) % 3].map(|i| (edge.node[i] - fine[i]) as usize);
+    edge_at(edge.axis, u, v)
+}
+
+/// Returns whether two of some arcs belong to one loop.
+fn same(arcs: &[[Edge; 2]], of: impl Fn(&Edge) -> u16) -> bool {
+    let numbers: Vec<u16> = arcs.iter().map(|[from, _]| of(from)).collect();
+    (1..numbers.len()).any(|i| numbers[..i].contains(&numbers[i]))
+}

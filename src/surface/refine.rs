@@ -1,0 +1,347 @@
+//! Blocks of finer cells where a surface lacks details.
+//!
+//! Where pairs of crossings between two nodes are lost, the cells around are replaced by finer ones, from images whose rays lie 2, 4
+//! or 8 times closer together and include the old ones; nothing is rounded again, so that the signs of the old nodes stay as they are.
+//! The meshes of both are joined by the loops of the cells around each block (`border`).
+//!
+//! Large groups whose finer cells would be more than those of the whole surface are left out.
+//!
+//! A block is taken if more of the pairs that were dropped in its cells are near its mesh, and at its finest level that is; one whose
+//! triangles would cross others is taken at a coarser level, or not at all.
+
+mod groups;
+mod joined;
+mod window;
+
+use glam::DVec3;
+
+use super::border::{Border, Sides};
+use super::cuts::Cuts;
+use super::edges::{Dropped, DroppedPair, Source};
+use super::lost::{NEAR, lost};
+use super::manifold::ManifoldReport;
+use super::part::{Block, Blocks, Part};
+use super::{Contoured, Coordinates, MOST_LAYERS, SubResolution, Surface, SurfaceError, contour_part, source_of};
+use crate::ldi::{Ldi, Mode};
+use crate::parallel::*;
+use groups::{Group, groups};
+use joined::Joined;
+pub use window::FineRays;
+use window::{Batch, Window};
+
+/// Contours the solid of three exact images like [`contour_in`](super::contour_in), with finer cells where it has details finer than
+/// the lattice: halved up to `levels` times.
+///
+/// `sample` returns an image of the same solid with the same triangles on finer rays: those of a part of the grid whose pitch is halved
+/// a number of times.
+///
+/// # Errors
+/// Those of `contour_in` and of `sample`.
+pub fn contour_refined<E: From<SurfaceError>>(
+    images: [&Ldi; 3],
+    normals: Option<&[[f32; 3]]>,
+    coordinates: Coordinates,
+    levels: u32,
+    mut sample: impl FnMut(&FineRays) -> Result<Ldi, E>,
+) -> Result<Surface, E> {
+    let source = source_of(images, normals, Mode::Exact)?;
+    let whole = || contour_part(source, Part::Whole, coordinates, MOST_LAYERS);
+    let plain = whole()?;
+    let lost = lost(&places(&plain.dropped), NEAR, &plain.vertices, &plain.triangles);
+    let sub_resolution = SubResolution::of_lost(&plain.dropped, &lost);
+    if levels == 0 || lost.is_empty() {
+        return Ok(plain.into_surface_that_lacks(sub_resolution));
+    }
+    // Two meshes at once would take twice the memory; without blocks, this one is made again.
+    let Contoured { dropped, .. } = plain;
+    let groups = groups(&source, &dropped.pairs, &lost);
+    let mut blocks = refined(&source, &groups, coordinates, levels.min(MOST_LEVELS), &mut sample)?;
+    // A block that crosses the mesh around it is made coarser, and given up in the end.
+    for round in 0.. {
+        blocks.retain(|levels| !levels.is_empty());
+        if blocks.is_empty() {
+            break;
+        }
+        let chosen: Vec<&Refined> = blocks.iter().filter_map(|levels| levels.last()).collect();
+        let around = Blocks::new(chosen.iter().map(|one| &one.block).collect());
+        let coarse = contour_part(source, Part::Around(&around), coordinates, MOST_LAYERS)?;
+        let mut joined = Joined::of(coarse, &chosen)?;
+        let crossed = joined.crossed(coordinates.precision);
+        if crossed.is_empty() {
+            let finest = chosen.iter().map(|one| 1 << one.block.border.scale.levels).max().unwrap_or(0);
+            let blocks = FinerBlocks { count: chosen.len() as u64, finest };
+            let surface = Surface { blocks, ..joined.into_surface(&dropped) };
+            let SubResolution { walls, gaps, .. } = surface.sub_resolution;
+            let is_manifold = || ManifoldReport::of(&surface.mesh, coordinates.precision).failures().is_empty();
+            if walls + gaps < lost.len() as u64 && is_manifold() {
+                return Ok(surface);
+            }
+            break;
+        }
+        for block in crossed {
+            blocks[block].pop();
+            if round >= ROUNDS {
+                blocks[block].clear();
+            }
+        }
+    }
+    Ok(whole()?.into_surface_that_lacks(sub_resolution))
+}
+
+/// The most levels of finer cells.
+pub const MOST_LEVELS: u32 = 4;
+
+/// Rounds after which a block that still crosses others is given up.
+const ROUNDS: usize = 1;
+
+/// The most cells of blocks, by the area of the finest, where those of the whole raster are fewer.
+const FEW_CELLS: u64 = 1 << 16;
+
+/// The number of cells up to which a group whose triangles cross is tried with finer ones.
+const FEW: usize = 128;
+
+/// The most finer rays of a level, where eight times those of the raster are fewer.
+const FEW_RAYS: u64 = 1 << 22;
+
+/// The blocks of finer cells of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FinerBlocks {
+    /// Their number.
+    pub count: u64,
+    /// How many of the finest cells fit into a pitch; 0 without blocks.
+    pub finest: u32,
+}
+
+/// Returns the places of dropped pairs of crossings, in coordinates of cells.
+fn places(dropped: &Dropped) -> Vec<[DVec3; 2]> {
+    dropped.pairs.iter().map(DroppedPair::places).collect()
+}
+
+/// A block of finer cells with its mesh.
+struct Refined {
+    block: Block,
+    mesh: Contoured,
+    /// The pairs of crossings that it still lacks.
+    lost: usize,
+}
+
+/// Returns each group at the levels that lose less than the one before.
+fn refined<E: From<SurfaceError>>(
+    source: &Source,
+    groups: &[Group],
+    coordinates: Coordinates,
+    levels: u32,
+    sample: &mut impl FnMut(&FineRays) -> Result<Ldi, E>,
+) -> Result<Vec<Vec<Refined>>, E> {
+    // Of the cells of a block, the surface passes a share; on the whole raster about a third as many as rays cross it.
+    let crossings: u64 = source.images.iter().map(|image| image.depths().len() as u64).sum();
+    let most_cells = FEW_CELLS.max(2 * crossings);
+    let most_rays = FEW_RAYS.max(8 * source.images.iter().map(|image| u64::from(image.rays())).sum::<u64>());
+    // Sampling looks at each triangle, at a part of the cost of a ray.
+    let rays_of_image = source.normals.map_or(0, |normals| normals.len() as u64 / 4);
+    let mut blocks: Vec<Vec<Refined>> = groups.iter().map(|_| Vec::new()).collect();
+    let mut open: Vec<usize> = (0..groups.len()).collect();
+    for levels in 1..=levels {
+        // The smallest first, as far as there is room.
+        open.sort_by_key(|&group| groups[group].cells.len());
+        let mut cells = 0;
+        open.retain(|&group| {
+            cells += (groups[group].cells.len() as u64) << (2 * levels);
+            cells <= most_cells
+        });
+        if open.is_empty() {
+            break;
+        }
+        let windows = open.iter().filter_map(|&group| {
+            let window = Window::around(&groups[group], source.planes.grid(), levels)?;
+            Some((group, window))
+        });
+        let (of_windows, windows): (Vec<usize>, Vec<Window>) = windows.unzip();
+        open.clear();
+        let mut batches = Batch::of(&windows, rays_of_image);
+        batches.sort_by_key(Batch::rays);
+        let mut rays = 0;
+        batches.retain(|batch| {
+            rays += batch.rays();
+            rays <= most_rays
+        });
+        for batch in batches {
+            let images = batch.images(sample)?;
+            let refine = |&number: &usize| {
+                let (window, group) = (&windows[number], &groups[of_windows[number]]);
+                let images = batch.of_window(&images, window);
+                Ok((of_windows[number], refine(source, group, window, images.each_ref(), coordinates)?))
+            };
+            let refined: Vec<(usize, Refined)> =
+                batch.windows.par_iter().map(refine).collect::<Result<_, SurfaceError>>()?;
+            for (group, one) in refined {
+                let (lost, before) = (one.lost, blocks[group].last().map_or(groups[group].lost, |last| last.lost));
+                let is_sound = one.mesh.crossing_pairs == 0;
+                if is_sound && lost < before {
+                    blocks[group].push(one);
+                }
+                // Large groups that cross themselves do so all the more on finer cells.
+                if lost > 0 && is_sound || !is_sound && groups[group].cells.len() <= FEW {
+                    open.push(group);
+                }
+            }
+        }
+    }
+    Ok(blocks)
+}
+
+/// Contours the finer cells of a group.
+fn refine(
+    source: &Source,
+    group: &Group,
+    window: &Window,
+    images: [&Ldi; 3],
+    coordinates: Coordinates,
+) -> Result<Refined, SurfaceError> {
+    let fine = source_of(images, source.normals, Mode::Exact)?;
+    let scale = window.scale;
+    let border = |cuts: &Cuts| {
+        let grid = source.planes.grid();
+        let sides = Sides { source, grid, replaced: &group.cells, fine: &fine, scale };
+        Border::new(&sides, &group.beside, cuts)
+    };
+    // Which edges may be cut depends on the cells alone.
+    let empty = Block { cells: group.cells.clone(), border: Border::empty(scale, source.planes.grid()) };
+    let cuts = Cuts::of_thin(&fine, Part::Within(&empty));
+    let block = Block { border: border(&cuts), ..empty };
+    let mesh = contour_part(fine, Part::Within(&block), coordinates, MOST_LAYERS)?;
+    let fine_place = |pair: &[DVec3; 2]| pair.map(|place| scale.fine_place(place));
+    let pairs: Vec<[DVec3; 2]> = group.pairs.iter().map(fine_place).collect();
+    let lost = lost(&pairs, NEAR * f64::from(scale.parts()), &mesh.vertices, &mesh.triangles);
+    Ok(Refined { block, mesh, lost: lost.len() })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::*;
+    use crate::grid::Grid;
+    use crate::ldi::{FillRule, NodePlanes};
+    use crate::mesh::{ClosedMesh, Precision, TriangleMesh};
+    use crate::sampler::Sampler;
+    use crate::sampler::cpu::CpuSampler;
+    use crate::surface::simplify::crossing_pairs;
+    use crate::testing::images::{closed, grid_around, images, surface_images};
+    use crate::testing::meshes::{cube, reversed, together};
+    use crate::testing::random::Random;
+
+    fn refined(mesh: &ClosedMesh, grid: &Grid, levels: u32) -> Surface {
+        let solid = grid.quantise(mesh).unwrap();
+        let (coarse, normals) = (surface_images(&solid), solid.normals());
+        contour_refined(coarse.each_ref(), Some(&normals), Coordinates::default(), levels, |rays| {
+            let fine = rays.solid(&solid).unwrap();
+            Ok::<_, SurfaceError>(CpuSampler::default().sample_surface(&fine, rays.axis, FillRule::EvenOdd).unwrap())
+        })
+        .unwrap()
+    }
+
+    /// Checks the mesh as any output, and that it has the nodes of the raster. Returns the number of its parts.
+    fn check(surface: &Surface, of: &ClosedMesh, grid: &Grid) -> usize {
+        let mesh = &surface.mesh;
+        let report = ManifoldReport::of(mesh, Precision::Single);
+        assert!(report.failures().is_empty(), "{:?}", report.failures());
+        assert_eq!(crossing_pairs(mesh, Precision::Single), surface.crossing_pairs);
+        let nodes = |mesh: &ClosedMesh| {
+            let images = images(&grid.quantise(mesh).unwrap(), Mode::Exact);
+            NodePlanes::new(images.iter(), Mode::Exact).unwrap().planes().collect::<Vec<_>>()
+        };
+        assert_eq!(nodes(&closed(mesh.clone())), nodes(of));
+        report.components
+    }
+
+    /// Returns cubes of random places, sizes and directions in the unit cube.
+    fn random_cubes(count: usize, size: f64, seed: u64) -> TriangleMesh {
+        let mut random = Random::new(seed);
+        let mut one = || {
+            let mut one = cube(DVec3::splat(-0.5), 1.0);
+            let mut vector = || DVec3::from_array([0; 3].map(|_| random.share()));
+            let (axis, to, share) = ((vector() - 0.5).normalize(), vector(), vector());
+            let turn = DAffine3::from_axis_angle(axis, 3.0 * share.x);
+            let scale = DAffine3::from_scale(DVec3::splat(size * (0.2 + share.y)));
+            one.transform(&(DAffine3::from_translation(to) * turn * scale));
+            one
+        };
+        together(&(0..count).map(|_| one()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn specks_and_bubbles_between_nodes_are_there() {
+        let block = cube(DVec3::ZERO, 1.0);
+        let grid = grid_around(&[&closed(block.clone())], 20, 1024);
+        let place = |at: [f64; 3]| grid.origin() + grid.pitch() * DVec3::from_array(at);
+        let bubble = |at, size: f64| reversed(&cube(place(at), size * grid.pitch()));
+        // Around the middle of an edge along x, and of one along z.
+        let mesh = closed(together(&[block, bubble([8.85, 10.35, 10.35], 0.3), bubble([4.35, 4.35, 5.8], 0.35)]));
+        let lost = |gaps| SubResolution { gaps, ..SubResolution::default() };
+        let plain = refined(&mesh, &grid, 0);
+        assert_eq!(
+            (plain.sub_resolution, plain.blocks, check(&plain, &mesh, &grid)),
+            (lost(2), FinerBlocks::default(), 1)
+        );
+        for levels in 1..=3 {
+            let surface = refined(&mesh, &grid, levels);
+            let blocks = FinerBlocks { count: 2, finest: 2 };
+            assert_eq!((surface.sub_resolution, surface.blocks, check(&surface, &mesh, &grid)), (lost(0), blocks, 3));
+            let volume = mesh.mesh().signed_volume();
+            assert!((surface.mesh.signed_volume() - volume).abs() < 1e-6 * volume);
+        }
+    }
+
+    #[test]
+    fn random_specks_are_found_level_by_level() {
+        let (mut before, mut after, mut parts) = (0, 0, 0);
+        for seed in 0..4 {
+            let mesh = closed(random_cubes(60, 0.05, seed));
+            let grid = grid_around(&[&mesh], 40, 1024);
+            let counts = (0..=3).map(|levels| {
+                let surface = refined(&mesh, &grid, levels);
+                let components = check(&surface, &mesh, &grid);
+                (surface.sub_resolution.walls + surface.sub_resolution.gaps, components)
+            });
+            let counts: Vec<(u64, usize)> = counts.collect();
+            assert!(counts.is_sorted_by(|a, b| a.0 >= b.0), "{counts:?}");
+            (before, after, parts) = (before + counts[0].0, after + counts[3].0, parts + counts[3].1);
+        }
+        assert!(before > 150 && after < before / 6 && parts > 220, "{before} {after} {parts}");
+    }
+
+    /// Crowds of cubes, most of which pass through others or reach beyond their blocks, on rasters down to one ray.
+    #[test]
+    fn whatever_is_refined_stays_a_manifold_around_the_same_nodes() {
+        for (case, &(count, size, rays)) in
+            [(250, 0.08, 20), (40, 0.3, 16), (300, 0.05, 24), (30, 0.5, 5), (10, 0.4, 2), (5, 0.4, 1)]
+                .iter()
+                .enumerate()
+        {
+            let mesh = closed(random_cubes(count, size, case as u64));
+            let grid = grid_around(&[&mesh], rays, 1024);
+            let plain = refined(&mesh, &grid, 0);
+            for levels in [1, 2, 4] {
+                let surface = refined(&mesh, &grid, levels);
+                if !surface.mesh.triangles.is_empty() {
+                    check(&surface, &mesh, &grid);
+                }
+                assert!(surface.crossing_pairs <= plain.crossing_pairs, "{} {}", case, levels);
+            }
+        }
+    }
+
+    #[test]
+    fn threads_change_no_bit_of_a_refined_mesh() {
+        let mesh = closed(random_cubes(150, 0.06, 7));
+        let grid = grid_around(&[&mesh], 30, 1024);
+        let with_threads = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| refined(&mesh, &grid, 2))
+        };
+        let (one, three) = (with_threads(1), with_threads(3));
+        assert!(one.blocks.count > 5);
+        assert_eq!((one.mesh, one.blocks), (three.mesh, three.blocks));
+    }
+}
