@@ -8,6 +8,7 @@ use crate::boolean::BooleanError;
 use crate::gpu::DeviceError;
 use crate::mesh::check::MeshReport;
 use crate::sampler::SampleError;
+use crate::surface::SurfaceError;
 
 /// The party at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -109,6 +110,12 @@ impl From<SampleError> for Error {
             SampleError::TooManySamples(_) | SampleError::Device(_) => Error::machine(error),
             SampleError::NotOriented | SampleError::GridsDiffer { .. } => Error::input(error),
         }
+    }
+}
+
+impl From<SurfaceError> for Error {
+    fn from(error: SurfaceError) -> Error {
+        Error::input(error)
     }
 }
 

@@ -231,6 +231,9 @@ pub struct SurfaceMesh<'s> {
 }
 
 impl<'s> SurfaceMesh<'s> {
+    /// How often the pitch may be halved.
+    pub const MOST_LEVELS: u32 = Finish::MOST_LEVELS;
+
     /// Simplifies the mesh within a distance, in the unit of the solid; 0 keeps all triangles. Without one, the distance is 0.05
     /// pitches.
     pub fn simplified(self, distance: f64) -> Self {
@@ -240,6 +243,14 @@ impl<'s> SurfaceMesh<'s> {
     /// Simplifies the mesh within a bound, such as a share of the pitch.
     pub fn within(mut self, bound: Bound) -> Self {
         self.finish.surface_error = Some(bound);
+        self
+    }
+
+    /// Halves the pitch up to this many times where the mesh lacks walls and gaps that are thinner than it, instead of three times; 0
+    /// keeps the cells of the raster, and more than [`MOST_LEVELS`](SurfaceMesh::MOST_LEVELS) are as many. The shape is sampled again
+    /// there; sums and offsets keep the cells of their raster.
+    pub fn refined(mut self, levels: u32) -> Self {
+        self.finish.refine = Some(levels.min(SurfaceMesh::MOST_LEVELS));
         self
     }
 

@@ -84,6 +84,7 @@ impl ImageFile {
             unit: self.unit,
             volume: None,
             memory: None,
+            finer: None,
         }
     }
 }

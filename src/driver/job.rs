@@ -12,6 +12,7 @@ use crate::mesh::io::Format;
 use crate::mesh::{LengthUnit, Precision};
 use crate::placement::Placement;
 use crate::sampler::{FillRule, Mode};
+use crate::surface::MOST_LEVELS;
 #[cfg(feature = "npz")]
 use crate::voxels;
 
@@ -381,6 +382,9 @@ pub struct Finish {
     /// The bound within which triangles of a mesh from images are removed. Without one it is [`Bound::DEFAULT`], or zero if there
     /// is too little memory for the former.
     pub surface_error: Option<Bound>,
+    /// How often the pitch is halved where a mesh from images lacks details; [`Finish::LEVELS`] without a number. Meshes of sums and
+    /// of files of images are never refined.
+    pub refine: Option<u32>,
     /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,
     /// True if a round offset is subtracted from the coordinates.
@@ -388,6 +392,12 @@ pub struct Finish {
 }
 
 impl Finish {
+    /// How often the pitch is halved where details need it, if no number is given.
+    pub const LEVELS: u32 = 3;
+
+    /// The most that may be given.
+    pub const MOST_LEVELS: u32 = MOST_LEVELS;
+
     /// Returns the finish of meshes that keep all triangles.
     pub fn full() -> Finish {
         Finish { surface_error: Some(Bound::ZERO), ..Finish::default() }

@@ -180,6 +180,7 @@ pub fn measure(
         round.as_mut().map(|round| (take(&mut round.images), take(&mut round.normals))).unwrap_or_default();
     Ok(Measured {
         command: job.measurement.command(),
+        measurement: Some(job.measurement.clone()),
         expression: job.measurement.typed_expression().map(str::to_owned),
         unit: solids[0].unit,
         volume,

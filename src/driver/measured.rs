@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use super::backend::Ran;
 use super::certainty::Certified;
+use super::finer::Finer;
 use super::input::Solid;
-use super::job::{Content, ImageTarget, Spacing, SumOperation};
+use super::job::{Content, ImageTarget, Measurement, Spacing, SumOperation};
 use super::sum::BetweenRays;
 use super::surface::{self, Exact, Imaged, SurfaceReport};
 use super::write;
@@ -33,6 +34,8 @@ use crate::{Error, Estimate, Warning};
 pub struct Measured {
     /// The name of the command.
     pub command: &'static str,
+    /// What was measured; `None` for a sum, whose images cannot be made again in parts.
+    pub measurement: Option<Measurement>,
     /// The expression as typed.
     pub expression: Option<String>,
     /// The inputs.
@@ -293,7 +296,9 @@ impl Measured {
     /// Returns the images with the data that an output file needs.
     pub fn imaged(&self) -> Imaged<'_> {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
-        Imaged { images, normals, mode: self.mode, unit: self.unit, volume, memory: self.memory }
+        let finer = self.measurement.as_ref();
+        let finer = finer.map(|measurement| Finer { measurement, solids: &self.solids, fill: self.fill });
+        Imaged { images, normals, mode: self.mode, unit: self.unit, volume, memory: self.memory, finer }
     }
 
     /// Writes `target` and drops the images. `read` and `warnings` are the seconds and the warnings of reading the inputs.

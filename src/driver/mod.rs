@@ -12,6 +12,7 @@ pub mod clash;
 pub mod device;
 mod exact_cost;
 mod fill;
+mod finer;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 pub mod gpu;
 mod image;

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::{Folder, assert_near, cube, cuboid, one_sided, read, warning_codes};
+use crate::{Folder, assert_near, cube, cuboid, inside_out, one_sided, read, warning_codes};
 
 /// Returns the JSON that `check` gives for a mesh.
 fn checked(folder: &Folder, path: &str) -> Value {
@@ -356,4 +356,39 @@ fn conversions_to_32_bits_that_change_the_shape_are_refused() {
         .run(&["convert", "s.obj", "--transform-a", "translate(1e3,0,0)", "-o", "told.stl"])
         .code(0)
         .warns(&["32-bit"]);
+}
+
+/// A block with a bubble between nodes: on 20 rays the pitch is a twentieth of its side.
+#[test]
+fn details_below_the_pitch_are_refined_where_there_are_finer_rays() {
+    let folder = Folder::new();
+    let bubble = inside_out(&cuboid([0.4425, 0.5175, 0.5175], [0.4575, 0.5325, 0.5325]));
+    folder.stl("a.stl", &[cube(0.0, 1.0), bubble].concat());
+    let sampled = ["sample", "a.stl", "--resolution", "20", "-o", "out.ply"];
+    let surface = |more: &[&str]| folder.json(&[&sampled[..], more].concat())["surface"].clone();
+    let blocks = |count: u64, finest: u64| serde_json::json!({ "count": count, "finest": finest });
+    let plain = surface(&["--refine", "0"]);
+    assert_eq!((&plain["components"], &plain["sub_resolution"]["gaps"]), (&1.into(), &1.into()), "{plain:#}");
+    assert_eq!(plain["finer_blocks"], blocks(0, 0));
+    let fine = surface(&[]);
+    assert_eq!((&fine["components"], &fine["sub_resolution"]["gaps"]), (&2.into(), &0.into()), "{fine:#}");
+    assert_eq!(fine["finer_blocks"], blocks(1, 2));
+    let details = folder.run(&[&sampled[..], &["-v"]].concat()).code(0).stderr();
+    assert!(details.contains("1 blocks of cells up to 2 times finer"), "{details}");
+
+    let refused = |arguments: &[&str], why: &str| {
+        folder.run(arguments).code(2).says(&[why]);
+    };
+    refused(
+        &["offset", "a.stl", "--distance", "0.1", "--resolution", "20", "--refine", "2", "-o", "b.stl"],
+        "raise --resolution",
+    );
+    refused(&[&sampled[..], &["--mode", "over", "--refine", "1"]].concat(), "have the cells of their raster");
+    refused(&[&sampled[..], &["--refine", "5"]].concat(), "0..=4");
+    folder.run(&["sample", "a.stl", "--resolution", "20", "-o", "a.npz"]).code(0);
+    refused(&["surface", "a.npz", "--refine", "1", "-o", "b.stl"], "sample the solid with more");
+    folder.run(&["surface", "a.npz", "--refine", "0", "-o", "b.stl"]).code(0);
+    refused(&["volume", "a.stl", "--refine", "1"], "--refine");
+    let exact = ["intersect", "a.stl", "a.stl", "--mesh", "exact", "--refine", "1", "-o", "b.stl"];
+    refused(&exact, "--refine is for meshes from images");
 }

@@ -292,6 +292,7 @@ fn surface(report: &SurfaceReport) -> Value {
         "vertices_merged": apart.map(|apart| apart.merged),
         "vertices_moved": apart.map(|apart| apart.moved),
         "sub_resolution": sampled.map(|report| json!({ "walls": report.walls, "gaps": report.gaps })),
+        "finer_blocks": sampled.map(|report| json!({ "count": report.blocks.count, "finest": report.blocks.finest })),
         "disagreements": sampled.map(|report| report.disagreements),
         "largest_distance": sampled.map(|report| report.largest_distance),
         "blunted_vertices": sampled.map(|report| report.blunted),

@@ -21,7 +21,7 @@ use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
 use ldi_ops::report::sweep::Swept;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
-use ldi_ops::surface::Apart;
+use ldi_ops::surface::{Apart, FinerBlocks};
 use ldi_ops::unit;
 use ldi_ops::{rounded_outwards, with_error};
 
@@ -455,12 +455,16 @@ fn of_images(report: &SampledReport, length: &str) -> (String, String) {
         }
         None => ("from images".to_owned(), ""),
     };
+    let finer = match report.blocks {
+        FinerBlocks { count: 0, .. } => String::new(),
+        FinerBlocks { count, finest } => format!("; {count} blocks of cells up to {finest} times finer"),
+    };
     let crossing = match report.crossing_pairs {
         0 => String::new(),
         pairs => format!("; {pairs} pairs of triangles cross"),
     };
     let lost = format!(
-        "; samples at most {}{length} away{before}; {} below the pitch dropped{crossing}",
+        "; samples at most {}{length} away{before}; {} below the pitch dropped{finer}{crossing}",
         number(report.largest_distance),
         report.lost()
     );

@@ -180,6 +180,7 @@ pub fn resolve(command: args::Command, words: &[OsString]) -> Result<Invocation,
         }
         Command::Surface(a) => {
             let report = report(&a.common)?;
+            has_no_finer_rays(&a.finish, "a file of images has no finer rays; sample the solid with more")?;
             let writing = args::ImageArguments { output: Some(a.output), finish: a.finish };
             let target = image_target(writing, MeshMethod::Sampled, AxisChoice::All)?.expect("an output is given");
             let job = SurfaceJob { images: a.images, unit: a.unit, mode: a.mode.map(mode), target, report };
@@ -345,6 +346,9 @@ fn measure(
     let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.spacing, DEFAULT_RESOLUTION)?;
     let lod = lod(sampling.kind.lod)?;
+    if sampling.kind.mode != ModeChoice::Exact {
+        has_no_finer_rays(&writing.finish, "meshes of over- and under-estimates have the cells of their raster")?;
+    }
     let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
     let target = image_target(writing, mesh_method, sampling.kind.axis)?;
     if let (Some(choice), false) = (mesh, matches!(&target, Some(ImageTarget { content: Content::Mesh(_), .. }))) {
@@ -542,6 +546,14 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Refuses levels of finer rays where there are none, with the reason.
+pub fn has_no_finer_rays(finish: &args::FinishArguments, why: &str) -> Result<(), Error> {
+    match finish.refine {
+        Some(levels @ 1..) => Err(Error::input(format!("--refine {levels}: {why}; remove --refine"))),
+        _ => Ok(()),
+    }
+}
+
 /// The formats of `-o` where a mesh is written.
 const MESHES_WRITTEN: &str = "-o takes .stl, .obj, .ply, .off, .glb or .3mf";
 
@@ -555,9 +567,10 @@ fn image_target(
     axis: AxisChoice,
 ) -> Result<Option<ImageTarget>, Error> {
     let args::ImageArguments { output, finish } = writing;
-    let args::FinishArguments { surface_error, drop_parts, recentre } = finish;
+    let args::FinishArguments { surface_error, refine, drop_parts, recentre } = finish;
     let flags = [
         ("--surface-error", surface_error.is_some()),
+        ("--refine", refine.is_some()),
         ("--drop-parts", drop_parts.is_some()),
         ("--recentre", recentre),
     ];
@@ -577,9 +590,12 @@ fn image_target(
         _ if Format::from_path(&path).is_ok() => {
             mesh_target(&path)?;
             let least_part = drop_parts.map(|args::Share(share)| share);
-            let finish = Finish { method, surface_error, least_part, recentre };
+            let finish = Finish { method, surface_error, refine, least_part, recentre };
             if method == MeshMethod::Exact && finish.is_of_images() {
                 return refuse("--surface-error bounds meshes from images; remove it, or --mesh exact");
+            }
+            if method == MeshMethod::Exact && matches!(refine, Some(1..)) {
+                return refuse("--refine is for meshes from images; remove it, or --mesh exact");
             }
             Content::Mesh(finish)
         }

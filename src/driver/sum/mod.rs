@@ -175,6 +175,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     }
     Ok(Measured {
         command: job.operation.command(),
+        measurement: None,
         expression: None,
         unit: solids[0].unit,
         volume,
@@ -347,7 +348,7 @@ fn operate(
         Some(&between.normals[..]),
         Some(VolumeEstimate::from_axes(&axis_volumes(&between.volume_sums))),
     );
-    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume, memory: job.memory };
+    let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume, memory: job.memory, finer: None };
     let (mesh, found) = surface::mesh(&imaged, Finish::full(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::simplified::simplified;
 use super::{Made, SurfaceReport, checked, middle, without_small_parts};
 use crate::driver::bound::Bound;
+use crate::driver::finer::Finer;
 use crate::driver::job::Finish;
 use crate::driver::memory::{self, Limit};
 use crate::integrate::VolumeEstimate;
@@ -14,7 +15,7 @@ use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::Mode;
 use crate::surface::simplify::crossing_pairs as crossing_pairs_of;
-use crate::surface::{Coordinates, Surface, contour_in};
+use crate::surface::{Coordinates, FinerBlocks, Surface, contour_in, contour_refined};
 use crate::{Error, Warning};
 
 /// What a mesh from images lost.
@@ -28,6 +29,8 @@ pub struct SampledReport {
     pub walls: u64,
     /// The number of gaps between two neighbouring nodes that rays cross away from the mesh.
     pub gaps: u64,
+    /// The blocks of finer cells where details needed them.
+    pub blocks: FinerBlocks,
     /// The number of nodes about which the images disagree.
     pub disagreements: u64,
     /// The largest distance of a sample from the mesh before it was simplified.
@@ -75,6 +78,8 @@ pub struct Imaged<'a> {
     pub volume: Option<VolumeEstimate>,
     /// The memory limit in bytes; a share of the free memory without it.
     pub memory: Option<u64>,
+    /// What the images were made from, if they can be made again on finer rays.
+    pub finer: Option<Finer<'a>>,
 }
 
 /// Contours images into a mesh for a file of a precision, and simplifies it.
@@ -103,8 +108,11 @@ pub fn mesh(
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    let surface = contour_in([a, b, c], imaged.normals, imaged.mode, coordinates).map_err(Error::input)?;
-    let Surface { mesh, sub_resolution, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
+    // Finer cells are at most as many as the others.
+    let has_room = memory::admit_mesh(2 * samples, grid, !within.is_zero(), limit).is_ok();
+    let levels = if has_room { finish.refine.unwrap_or(Finish::LEVELS) } else { 0 };
+    let surface = contour([a, b, c], imaged, levels, coordinates)?;
+    let Surface { mesh, sub_resolution, blocks, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
     let (mesh, shares) = without_small_parts(mesh, finish);
@@ -124,6 +132,7 @@ pub fn mesh(
         cut_off,
         walls: sub_resolution.walls,
         gaps: sub_resolution.gaps,
+        blocks,
         disagreements,
         largest_distance: distance,
         blunted: stayed + pulled,
@@ -132,6 +141,23 @@ pub fn mesh(
         lacks_memory: finish.surface_error.is_none() && within.is_zero(),
     };
     checked(mesh, precision, Made::Sampled(report), shares, recentred, progress)
+}
+
+/// Contours images, with finer cells where they lack details and there is something to sample again.
+fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordinates) -> Result<Surface, Error> {
+    match imaged.finer.filter(|_| levels > 0 && imaged.mode == Mode::Exact && imaged.normals.is_some()) {
+        Some(finer) => {
+            let mut lattices = None;
+            contour_refined(images, imaged.normals, coordinates, levels, |rays| {
+                let lattices = match &mut lattices {
+                    Some(lattices) => lattices,
+                    none => none.insert(finer.lattices(images[0].grid())?),
+                };
+                finer.image(lattices, rays)
+            })
+        }
+        None => Ok(contour_in(images, imaged.normals, imaged.mode, coordinates)?),
+    }
 }
 
 /// Returns a warning if the volume of a mesh is far from the measured volume.

@@ -6,8 +6,8 @@ use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 
 use super::{
-    Command, DEFAULT_RESOLUTION, Invocation, Job, axes, device, fill, image_target, invocation, lod, mode, report,
-    spacing,
+    Command, DEFAULT_RESOLUTION, Invocation, Job, axes, device, fill, has_no_finer_rays, image_target, invocation, lod,
+    mode, report, spacing,
 };
 use crate::args::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
 
@@ -50,6 +50,7 @@ fn sum(
         return Err(Error::input(refusal));
     }
     let (backend, memory) = device(sampling.device)?;
+    has_no_finer_rays(&writing.finish, "sums and offsets have the cells of their raster; raise --resolution")?;
     let target = image_target(writing, MeshMethod::Sampled, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
