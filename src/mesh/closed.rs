@@ -62,6 +62,19 @@ pub struct NotClosed {
     pub report: Box<MeshReport>,
 }
 
+impl TriangleMesh {
+    /// Turns the shells of a closed, consistently oriented mesh that face the wrong way for their depth, once its vertices are placed
+    /// anew.
+    pub(crate) fn face_outwards(&mut self, place: impl Fn(DVec3) -> DVec3) {
+        let positions = self.positions.iter().map(|&position| place(position)).collect();
+        let placed = TriangleMesh { positions, triangles: std::mem::take(&mut self.triangles) };
+        let turned = turns(&placed).unwrap_or_default();
+        self.triangles = placed.triangles;
+        let wrong = self.triangles.iter_mut().zip(turned).filter(|(_, turned)| *turned);
+        wrong.for_each(|(triangle, _)| triangle.swap(1, 2));
+    }
+}
+
 impl ClosedMesh {
     /// Checks a mesh. There is no other way to make a `ClosedMesh` from one.
     pub fn check(mesh: TriangleMesh) -> Result<ClosedMesh, NotClosed> {

@@ -226,6 +226,16 @@ impl Contoured {
         self.with_positions(positions, sub_resolution)
     }
 
+    /// Returns the volume in world units.
+    fn volume(&self) -> f64 {
+        let corners = |triangle: &[u32; 3]| triangle.map(|vertex| self.vertices[vertex as usize] - self.vertices[0]);
+        let sixth = |triangle: &[u32; 3]| {
+            let [a, b, c] = corners(triangle);
+            a.dot(b.cross(c)) / 6.0
+        };
+        self.triangles.iter().map(sixth).sum::<f64>() * self.grid.pitch().powi(3)
+    }
+
     /// Returns the surface with the given world coordinates.
     fn with_positions(self, positions: Vec<DVec3>, sub_resolution: SubResolution) -> Surface {
         Surface {

@@ -75,6 +75,11 @@ impl Parts {
         if all > 0.0 { self.volumes().fold(0.0, f64::max) / all } else { 0.0 }
     }
 
+    /// Returns whether a part has a volume below a limit, as every cavity has.
+    pub fn has_below(&self, limit: f64) -> bool {
+        self.volumes().any(|volume| volume < limit)
+    }
+
     /// Returns the mesh without parts whose volume is below a share of the total; cavities that small are filled.
     pub fn without_small(&self, mesh: TriangleMesh, share: f64) -> (TriangleMesh, Dropped) {
         let least = share * self.volumes().sum::<f64>();

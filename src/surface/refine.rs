@@ -5,6 +5,7 @@
 //! The meshes of both are joined by the loops of the cells around each block (`border`).
 //!
 //! Large groups whose finer cells would be more than those of the whole surface are left out.
+//! All are given up if the volume moves away from that of the images.
 //!
 //! A block is taken if more of the pairs that were dropped in its cells are near its mesh, and at its finest level that is; one whose
 //! triangles would cross others is taken at a coarser level, or not at all.
@@ -47,6 +48,7 @@ pub fn contour_refined<E: From<SurfaceError>>(
     let source = source_of(images, normals, Mode::Exact)?;
     let whole = || contour_part(source, Part::Whole, coordinates, MOST_LAYERS);
     let plain = whole()?;
+    let volume_before = plain.volume();
     let lost = lost(&places(&plain.dropped), NEAR, &plain.vertices, &plain.triangles);
     let sub_resolution = SubResolution::of_lost(&plain.dropped, &lost);
     if levels == 0 || lost.is_empty() {
@@ -72,8 +74,9 @@ pub fn contour_refined<E: From<SurfaceError>>(
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
             let surface = Surface { blocks, ..joined.into_surface(&dropped) };
             let SubResolution { walls, gaps, .. } = surface.sub_resolution;
+            let is_near = || is_near_volume(images, volume_before, surface.mesh.signed_volume());
             let is_manifold = || ManifoldReport::of(&surface.mesh, coordinates.precision).failures().is_empty();
-            if walls + gaps < lost.len() as u64 && is_manifold() {
+            if walls + gaps < lost.len() as u64 && is_near() && is_manifold() {
                 return Ok(surface);
             }
             break;
@@ -86,6 +89,18 @@ pub fn contour_refined<E: From<SurfaceError>>(
         }
     }
     Ok(whole()?.into_surface_that_lacks(sub_resolution))
+}
+
+/// Greatest share of the volume by which finer cells may take that of a mesh further from the images' volume.
+const FURTHER: f64 = 1e-3;
+
+/// Returns whether the volume of a refined mesh is not clearly further from that of the images than before: thin walls that end at
+/// blocks on all sides fall apart.
+fn is_near_volume(images: [&Ldi; 3], before: f64, after: f64) -> bool {
+    let grid = images[0].grid();
+    let length: i64 = images.iter().map(|image| image.volume_sums().length()).sum();
+    let of_images = length as f64 / 3.0 * grid.step() * grid.pitch() * grid.pitch();
+    (after - of_images).abs() <= (before - of_images).abs() + FURTHER * of_images
 }
 
 /// The most levels of finer cells.

@@ -457,6 +457,7 @@ fn of_images(report: &SampledReport, length: &str) -> (String, String) {
     };
     let finer = match report.blocks {
         FinerBlocks { count: 0, .. } => String::new(),
+        FinerBlocks { count: 1, finest } => format!("; 1 block of cells {finest} times finer"),
         FinerBlocks { count, finest } => format!("; {count} blocks of cells up to {finest} times finer"),
     };
     let crossing = match report.crossing_pairs {

@@ -14,6 +14,7 @@ use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::Mode;
+use crate::surface::parts::Parts;
 use crate::surface::simplify::crossing_pairs as crossing_pairs_of;
 use crate::surface::{Coordinates, FinerBlocks, Surface, contour_in, contour_refined};
 use crate::{Error, Warning};
@@ -127,6 +128,8 @@ pub fn mesh(
             (mesh, Some(simplified), left)
         }
     };
+    let mut mesh = mesh;
+    turn_crumbs(&mut mesh, a.grid().pitch(), precision);
     let report = SampledReport {
         contoured_volume,
         cut_off,
@@ -157,6 +160,13 @@ fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordin
             })
         }
         None => Ok(contour_in(images, imaged.normals, imaged.mode, coordinates)?),
+    }
+}
+
+/// Turns crumbs whose two sides have changed places, which are thinner than the pitch, as the file will have them.
+fn turn_crumbs(mesh: &mut TriangleMesh, pitch: f64, precision: Precision) {
+    if Parts::of(mesh).has_below(pitch.powi(3)) {
+        mesh.face_outwards(|place| precision.round(place));
     }
 }
 
