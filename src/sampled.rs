@@ -250,7 +250,7 @@ impl<'s> SurfaceMesh<'s> {
     /// keeps the cells of the raster, and more than [`MOST_LEVELS`](SurfaceMesh::MOST_LEVELS) are as many. The shape is sampled again
     /// there; sums and offsets keep the cells of their raster.
     pub fn refined(mut self, levels: u32) -> Self {
-        self.finish.refine = Some(levels.min(SurfaceMesh::MOST_LEVELS));
+        self.finish.refine = Some(levels);
         self
     }
 

@@ -70,9 +70,14 @@ impl TriangleMesh {
         let placed = TriangleMesh { positions, triangles: std::mem::take(&mut self.triangles) };
         let turned = turns(&placed).unwrap_or_default();
         self.triangles = placed.triangles;
-        let wrong = self.triangles.iter_mut().zip(turned).filter(|(_, turned)| *turned);
-        wrong.for_each(|(triangle, _)| triangle.swap(1, 2));
+        turn(&mut self.triangles, &turned);
     }
+}
+
+/// Turns some triangles.
+fn turn(triangles: &mut [[u32; 3]], turned: &[bool]) {
+    let wrong = triangles.iter_mut().zip(turned).filter(|(_, turned)| **turned);
+    wrong.for_each(|(triangle, _)| triangle.swap(1, 2));
 }
 
 impl ClosedMesh {
@@ -124,16 +129,12 @@ impl ClosedMesh {
             return Ok((self, 0));
         }
         let Some(turned) = turns(&self.mesh) else { return Err(self) };
-        let turn = |mesh: &mut TriangleMesh| {
-            let triangles = mesh.triangles.iter_mut().zip(&turned).filter(|(_, turned)| **turned);
-            triangles.for_each(|(triangle, _)| triangle.swap(1, 2));
-        };
-        turn(&mut self.mesh);
+        turn(&mut self.mesh.triangles, &turned);
         if Fold::of_mesh(&self.mesh).directions == [0; 2] {
             let count = turned.iter().filter(|turned| **turned).count();
             return Ok((ClosedMesh { oriented: true, ..self }, count));
         }
-        turn(&mut self.mesh);
+        turn(&mut self.mesh.triangles, &turned);
         Err(self)
     }
 

@@ -75,9 +75,9 @@ impl Parts {
         if all > 0.0 { self.volumes().fold(0.0, f64::max) / all } else { 0.0 }
     }
 
-    /// Returns whether a part has a volume below a limit, as every cavity has.
-    pub fn has_below(&self, limit: f64) -> bool {
-        self.volumes().any(|volume| volume < limit)
+    /// Returns whether a part or a cavity has a volume below a limit.
+    pub fn has_crumbs(&self, limit: f64) -> bool {
+        self.volumes().any(|volume| volume.abs() < limit)
     }
 
     /// Returns the mesh without parts whose volume is below a share of the total; cavities that small are filled.

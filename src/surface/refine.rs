@@ -4,11 +4,9 @@
 //! or 8 times closer together and include the old ones; nothing is rounded again, so that the signs of the old nodes stay as they are.
 //! The meshes of both are joined by the loops of the cells around each block (`border`).
 //!
-//! Large groups whose finer cells would be more than those of the whole surface are left out.
-//! All are given up if the volume moves away from that of the images.
-//!
-//! A block is taken if more of the pairs that were dropped in its cells are near its mesh, and at its finest level that is; one whose
-//! triangles would cross others is taken at a coarser level, or not at all.
+//! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. One whose triangles
+//! would cross others is taken at a coarser level, or not at all. Large groups whose finer cells would be more than those of the whole
+//! surface are left out, and all blocks are given up if the volume moves away from that of the images.
 
 mod groups;
 mod joined;
@@ -215,15 +213,12 @@ fn refine(
 ) -> Result<Refined, SurfaceError> {
     let fine = source_of(images, source.normals, Mode::Exact)?;
     let scale = window.scale;
-    let border = |cuts: &Cuts| {
-        let grid = source.planes.grid();
-        let sides = Sides { source, grid, replaced: &group.cells, fine: &fine, scale };
-        Border::new(&sides, &group.beside, cuts)
-    };
+    let grid = source.planes.grid();
     // Which edges may be cut depends on the cells alone.
-    let empty = Block { cells: group.cells.clone(), border: Border::empty(scale, source.planes.grid()) };
+    let empty = Block { cells: group.cells.clone(), border: Border::empty(scale, grid) };
     let cuts = Cuts::of_thin(&fine, Part::Within(&empty));
-    let block = Block { border: border(&cuts), ..empty };
+    let sides = Sides { source, grid, replaced: &group.cells, fine: &fine, scale };
+    let block = Block { border: Border::new(&sides, &group.beside, &cuts), ..empty };
     let mesh = contour_part(fine, Part::Within(&block), coordinates, MOST_LAYERS)?;
     let fine_place = |pair: &[DVec3; 2]| pair.map(|place| scale.fine_place(place));
     let pairs: Vec<[DVec3; 2]> = group.pairs.iter().map(fine_place).collect();

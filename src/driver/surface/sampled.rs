@@ -165,7 +165,7 @@ fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordin
 
 /// Turns crumbs whose two sides have changed places, which are thinner than the pitch, as the file will have them.
 fn turn_crumbs(mesh: &mut TriangleMesh, pitch: f64, precision: Precision) {
-    if Parts::of(mesh).has_below(pitch.powi(3)) {
+    if Parts::of(mesh).has_crumbs(pitch.powi(3)) {
         mesh.face_outwards(|place| precision.round(place));
     }
 }
