@@ -9,17 +9,18 @@ use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
 use super::near::Near;
 use super::pieces::Pieces;
+use super::result::Surface;
 use super::segments::{Meeting, Segment, meet, meet_beyond};
 use super::signs::Plane;
 use super::stars::Stars;
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
-use super::{ExactProperties, NotExact, Rule, Source, fronts, growth, result};
+use super::{ExactProperties, NotExact, Rule, fronts, growth, result};
 use crate::boolean::Expression;
 use crate::cancel::checkpoint;
 use crate::mesh::meet::{are_parted, widest_axis};
-use crate::mesh::{self, Aabb, ClosedMesh, TriangleMesh, Unproved};
+use crate::mesh::{self, Aabb, ClosedMesh, Unproved};
 use crate::surface::Coordinates;
 
 /// The surfaces of all solids.
@@ -113,19 +114,36 @@ impl Arrangement {
         !self.coincident.is_empty()
     }
 
+    /// Returns the length of a step of the lattice.
+    pub fn step(&self) -> f64 {
+        self.lattice.step
+    }
+
+    /// Returns which faces meet another one that they lie on, or almost on: none of its corners is farther than a distance from the
+    /// other's plane.
+    pub fn lies_on_another(&self, distance: f64) -> Vec<bool> {
+        let steps = distance / self.lattice.step;
+        let lies_on = |face: u32, other: u32| {
+            let (corners, [a, b, c]) = (self.bodies.corners(face), self.bodies.corners(other));
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            corners.iter().all(|corner| normal.dot(*corner - a).abs() <= steps)
+        };
+        let found = self.segments.par_iter().with_min_len(1 << 10).map(|segment| segment.faces);
+        let found = found.filter(|&[f, g]| lies_on(f, g) || lies_on(g, f));
+        let mut is_on = vec![false; self.bodies.faces.len()];
+        let coincident = self.coincident.iter().map(|pair| pair.faces);
+        coincident.chain(found.collect::<Vec<_>>()).flatten().for_each(|face| is_on[face as usize] = true);
+        is_on
+    }
+
     fn pieces<'a>(&'a self, rule: &'a Rule) -> Pieces<'a> {
         let Arrangement { bodies, segments, crossings, triples, windings, .. } = self;
         Pieces::of(bodies, segments, (crossings, triples), windings, rule)
     }
 
-    /// Returns the surface of the result, once nothing is unproved, with the source of each triangle. The solids are those of the
+    /// Returns the surface of the result, once nothing is unproved. The solids are those of the
     /// arrangement. `None` if outlines do not close, which happens only to proved bodies that touch themselves while they grow.
-    pub fn surface(
-        &self,
-        rule: &Rule,
-        solids: &[&ClosedMesh],
-        coordinates: Coordinates,
-    ) -> Option<(TriangleMesh, Vec<Source>)> {
+    pub fn surface(&self, rule: &Rule, solids: &[&ClosedMesh], coordinates: Coordinates) -> Option<Surface> {
         let pieces = self.pieces(rule);
         let Coordinates { precision, offset } = coordinates;
         let place = |vertex: u32| {

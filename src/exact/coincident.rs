@@ -13,6 +13,7 @@ use super::signs::Plane;
 /// A face of each of two bodies that overlap in their common plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coincident {
+    pub faces: [u32; 2],
     /// The area in which they overlap, in square lattice steps, rounded.
     pub area: f64,
     /// True if the faces have the same front.
@@ -26,9 +27,10 @@ const LEAST_OVERLAP: f64 = 1e-9;
 
 impl Coincident {
     /// Returns the overlap of faces of two bodies if they are coplanar.
-    pub fn of(f: &Plane, g: &Plane) -> Option<Coincident> {
+    pub fn of(faces: [u32; 2], f: &Plane, g: &Plane) -> Option<Coincident> {
         let overlap = overlap(f, g)?;
         Some(Coincident {
+            faces,
             area: overlap.area,
             is_parallel: overlap.is_parallel,
             second_is_in_front: f.is_in_front(&g.corners[0]),

@@ -52,13 +52,15 @@ use std::fmt;
 use arrangement::Arrangement;
 use bodies::Wholeness;
 
+use result::Surface;
+
 pub use result::Source;
 
 use crate::boolean::Expression;
 use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
-use crate::mesh::{ClosedMesh, MassProperties, TriangleMesh, Unproved, prove_simple};
-use crate::surface::{Apart, Coordinates, take_apart};
+use crate::mesh::{ClosedMesh, MassProperties, Precision, TriangleMesh, Unproved, prove_simple};
+use crate::surface::{Apart, Coordinates, remove_flat, snap, take_apart};
 
 /// The reason why the volume of an expression is not known exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +115,12 @@ pub struct Solution<'a> {
     arrangement: Arrangement,
     wholeness: Vec<Wholeness>,
 }
+
+/// Thickness of walls and gaps that rounding may leave, in steps of the lattice.
+const LATTICE_STEPS: f64 = 4.0;
+
+/// The same in steps of the greatest coordinate of a file.
+const FILE_STEPS: f64 = 8.0;
 
 /// The surface of an expression's solid: a closed, oriented 2-manifold.
 #[derive(Clone, Debug, Default)]
@@ -170,21 +178,39 @@ impl<'a> Solution<'a> {
     /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
     /// there, and no two vertices have the same position: where rounding lets vertices fall together, they are merged, or moved
     /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, as it suits the
-    /// expression; walls or gaps of no thickness may be left at saddles, and where several operations contradict each other.
+    /// expression. Walls and gaps that are no thicker than what rounding leaves, some steps of the lattice or of the file's numbers,
+    /// vanish, and so do vertices of cuts within flat parts and on straight edges.
     pub fn mesh(&self, coordinates: Coordinates) -> ExactMesh {
         let (rule, meshes) = (self.rule(), &self.inputs.meshes);
-        let surface = |arrangement: &Arrangement| arrangement.surface(&rule, meshes, coordinates);
+        let precision = coordinates.precision;
+        let surface = |arrangement: &Arrangement| {
+            let surface = arrangement.surface(&rule, meshes, coordinates)?;
+            let distance = self.thickness_of_rounding(&surface.mesh, precision);
+            let is_on = arrangement.lies_on_another(distance);
+            let suspects = surface.faces.iter().map(|&face| is_on[face as usize]).collect();
+            Some((surface, suspects, distance))
+        };
         let grown = || {
             let has_walls = self.arrangement.has_coincident_faces();
             let grown = || proved(meshes, rule, &mut self.wholeness.clone(), Growth::Growing).ok();
             surface(&has_walls.then(grown)??)
         };
-        let (mut mesh, mut sources) =
+        let (surface, suspects, distance): (_, Vec<bool>, _) =
             grown().or_else(|| surface(&self.arrangement)).expect("outlines of bodies at rest are closed");
+        let Surface { mut mesh, mut sources, first_of_cuts, .. } = surface;
         checkpoint();
         sources.iter_mut().for_each(|source| source.input = self.inputs.firsts[source.input as usize] as u32);
-        let apart = take_apart(&mut mesh, &mut sources, coordinates.precision);
+        let first_of_cuts = snap(&mut mesh, &mut sources, (first_of_cuts, suspects), distance, precision);
+        remove_flat(&mut mesh, &mut sources, first_of_cuts, 0.5 * distance, |source| source.input);
+        let apart = take_apart(&mut mesh, &mut sources, precision);
         ExactMesh { mesh, sources, apart }
+    }
+
+    /// Returns the thickness below which walls and gaps of a result are left by rounding alone: some steps of the lattice, or of the
+    /// numbers in a file.
+    fn thickness_of_rounding(&self, result: &TriangleMesh, precision: Precision) -> f64 {
+        let farthest = result.bounds().map_or(0.0, |bounds| bounds.min.abs().max(bounds.max.abs()).max_element());
+        (LATTICE_STEPS * self.arrangement.step()).max(FILE_STEPS * precision.epsilon() * farthest)
     }
 }
 

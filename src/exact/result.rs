@@ -19,7 +19,7 @@ const FACES: usize = 128;
 /// Number of segments whose pieces one task finds at least.
 const SEGMENTS: usize = 4096;
 
-/// The triangle of an input that a triangle of a result lies in.
+/// The triangle of an input that a triangle of a result lies in, or one beside it in the same plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The index of the input; of several with the same mesh, the first.
@@ -36,16 +36,27 @@ struct Bound {
     ends: [u32; 2],
 }
 
-/// Triangles with their sources.
-type Part = (Vec<[u32; 3]>, Vec<Source>);
+/// Triangles with their faces.
+type Part = (Vec<[u32; 3]>, Vec<u32>);
 
-/// Returns the surface of the result, with the source of each triangle. `place` gives the position of a vertex in a file of a
-/// precision. `None` if an outline is not closed, as winding numbers are others than a body may have.
+/// The triangles of the result.
+pub(super) struct Surface {
+    pub mesh: TriangleMesh,
+    /// The source of each triangle.
+    pub sources: Vec<Source>,
+    /// The number of the first vertex that is none of an input: those of cuts come last.
+    pub first_of_cuts: u32,
+    /// The faces that the triangles are parts of.
+    pub faces: Vec<u32>,
+}
+
+/// Returns the surface of the result. `place` gives the position of a vertex in a file of a precision. `None` if an outline is not
+/// closed, as winding numbers are others than a body may have.
 pub(super) fn surface(
     pieces: &Pieces,
     place: impl Fn(u32) -> DVec3 + Sync + Send,
     precision: Precision,
-) -> Option<(TriangleMesh, Vec<Source>)> {
+) -> Option<Surface> {
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
     let starts: Vec<u32> = (0..faces).step_by(FACES).collect();
@@ -66,27 +77,29 @@ pub(super) fn surface(
                 let count = left.iter().take_while(|bound| bound.face == face).count();
                 let (own, rest) = left.split_at(count);
                 left = rest;
-                let before = part.0.len();
                 if !cutter.face(face, own, &mut part.0) {
                     return None;
                 }
-                if part.0.len() > before {
-                    let body = &pieces.bodies.bodies[pieces.bodies.body_of_face(face) as usize];
-                    let source = Source { input: body.solid as u32, triangle: body.triangle(face) };
-                    part.1.resize(part.0.len(), source);
-                }
+                part.1.resize(part.0.len(), face);
             }
             Some(part)
         })
         .collect();
-    let (mut triangles, mut sources) = (Vec::new(), Vec::new());
-    for (some, their_sources) in parts? {
+    let (mut triangles, mut faces) = (Vec::new(), Vec::new());
+    for (some, their_faces) in parts? {
         triangles.extend(some);
-        sources.extend(their_sources);
+        faces.extend(their_faces);
     }
+    let source = |&face: &u32| {
+        let body = &pieces.bodies.bodies[pieces.bodies.body_of_face(face) as usize];
+        Source { input: body.solid as u32, triangle: body.triangle(face) }
+    };
+    let sources = faces.par_iter().with_min_len(SEGMENTS).map(source).collect();
     let used = renumber(&mut triangles);
+    let points = pieces.bodies.points.len() as u32;
+    let first_of_cuts = used.partition_point(|&vertex| vertex < points) as u32;
     let positions = used.into_par_iter().map(place).collect();
-    Some((TriangleMesh { positions, triangles }, sources))
+    Some(Surface { mesh: TriangleMesh { positions, triangles }, sources, first_of_cuts, faces })
 }
 
 /// Returns the pieces of segments beside which the surface changes, sorted by faces.

@@ -47,7 +47,7 @@ pub(super) fn meet(faces: [u32; 2], f: &Plane, g: &Plane) -> Option<Meeting> {
     let of_f = beside(g, f);
     if of_f == [of_f[0]; 3] {
         // Coplanar faces are displaced to one side of each other.
-        return Coincident::of(f, g).map(Meeting::Coincident);
+        return Coincident::of(faces, f, g).map(Meeting::Coincident);
     }
     let of_g = beside(f, g);
     if of_g == [of_g[0]; 3] {

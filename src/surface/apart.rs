@@ -5,11 +5,12 @@
 //! position are moved apart by single steps of the file's precision: into the solid, or out of it where that lies between them.
 
 use std::cmp::Ordering;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::DVec3;
 
 use super::cones::Cone;
+use super::contract::Contraction;
 use super::fans::{retain, separate};
 use super::manifold::{Stars, welded};
 use crate::cancel::checkpoint;
@@ -130,11 +131,27 @@ fn lowest_of(pairs: &[[u32; 2]], mesh: &TriangleMesh) -> Vec<u32> {
 /// Contracts edges without length where the surface stays a manifold, and returns their number.
 fn contract_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, groups: &[Vec<u32>]) -> usize {
     let stars = Stars::of(mesh);
-    let mut edges = Edges { mesh, stars: HashMap::new(), removed: HashSet::new() };
-    let merged = groups.iter().map(|same| edges.merge(same, &stars)).sum();
-    let Edges { removed, .. } = edges;
-    let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !removed.contains(&triangle)).collect();
-    retain(mesh, sources, &kept);
+    let mut edges = Contraction::of(mesh, &stars);
+    let merged = groups.iter().map(|same| merge(&mut edges, same)).sum();
+    edges.finish(sources);
+    merged
+}
+
+/// Merges those of some vertices that edges join, and returns their number.
+fn merge(edges: &mut Contraction, same: &[u32]) -> usize {
+    let mut merged = 0;
+    let mut left = same.to_vec();
+    let mut i = 0;
+    while i < left.len() {
+        let joined = (i + 1..left.len()).find(|&j| edges.contract(left[i], left[j]));
+        match joined {
+            Some(j) => {
+                left.remove(j);
+                merged += 1;
+            }
+            None => i += 1,
+        }
+    }
     merged
 }
 
@@ -163,87 +180,6 @@ fn join_edges<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, pairs: &[[u32; 2
 fn groups(pairs: &[[u32; 2]]) -> Vec<Vec<u32>> {
     let group = |same: &[[u32; 2]]| [same[0][0]].into_iter().chain(same.iter().map(|pair| pair[1])).collect();
     pairs.chunk_by(|a, b| a[0] == b[0]).map(group).collect()
-}
-
-/// A mesh whose edges are contracted.
-struct Edges<'m> {
-    mesh: &'m mut TriangleMesh,
-    /// The triangles at vertices that were changed.
-    stars: HashMap<u32, Vec<u32>>,
-    removed: HashSet<u32>,
-}
-
-impl Edges<'_> {
-    /// Merges those of some vertices that edges join, and returns their number.
-    fn merge(&mut self, same: &[u32], stars: &Stars) -> usize {
-        let mut merged = 0;
-        let mut left = same.to_vec();
-        let mut i = 0;
-        while i < left.len() {
-            let joined = (i + 1..left.len()).find(|&j| self.contract(left[i], left[j], stars));
-            match joined {
-                Some(j) => {
-                    left.remove(j);
-                    merged += 1;
-                }
-                None => i += 1,
-            }
-        }
-        merged
-    }
-
-    fn star(&mut self, vertex: u32, stars: &Stars) -> Vec<u32> {
-        let given = || stars.corners_at(vertex as usize).iter().map(|corner| corner / 3).collect();
-        let star = self.stars.entry(vertex).or_insert_with(given);
-        star.retain(|triangle| !self.removed.contains(triangle));
-        star.sort_unstable();
-        star.clone()
-    }
-
-    /// Returns the other vertices of some triangles around a vertex, sorted.
-    fn ring(&self, vertex: u32, star: &[u32]) -> Vec<u32> {
-        let corners = star.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
-        let mut ring: Vec<u32> = corners.filter(|&corner| corner != vertex).collect();
-        ring.sort_unstable();
-        ring.dedup();
-        ring
-    }
-
-    /// Moves all triangles of the second vertex to the first, if an edge joins them and the surface stays a manifold: if they have
-    /// no common neighbours but the two beside the edge (the link condition of Dey et al., "Topology preserving edge
-    /// contraction", 1999).
-    fn contract(&mut self, kept: u32, gone: u32, stars: &Stars) -> bool {
-        let (kept_star, gone_star) = (self.star(kept, stars), self.star(gone, stars));
-        let at_edge: Vec<u32> = gone_star.iter().copied().filter(|triangle| kept_star.contains(triangle)).collect();
-        if at_edge.len() != 2 {
-            return false;
-        }
-        let (kept_ring, gone_ring) = (self.ring(kept, &kept_star), self.ring(gone, &gone_star));
-        let common = gone_ring.iter().filter(|vertex| kept_ring.binary_search(vertex).is_ok()).count();
-        let beside: HashSet<u32> =
-            at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]).collect();
-        // Two triangles with the same corners have three in all.
-        if common != 2 || beside.len() != 4 {
-            return false;
-        }
-        let all: HashSet<u32> = kept_star.iter().chain(&gone_star).copied().collect();
-        if all.len() == 4 {
-            // A tetrahedron without volume.
-            self.removed.extend(all);
-            return true;
-        }
-        for &triangle in &gone_star {
-            let corners = &mut self.mesh.triangles[triangle as usize];
-            corners.iter_mut().filter(|corner| **corner == gone).for_each(|corner| *corner = kept);
-        }
-        self.removed.extend(at_edge);
-        self.stars.insert(gone, Vec::new());
-        self.stars.entry(kept).or_default().extend(gone_star);
-        let star = self.stars.get_mut(&kept).expect("it was just added to");
-        star.sort_unstable();
-        star.dedup();
-        true
-    }
 }
 
 /// Moves vertices until no two have the same position, and returns the number of those that moved.

@@ -34,11 +34,13 @@ mod apart;
 mod border;
 mod cells;
 mod cones;
+mod contract;
 mod cuts;
 mod edges;
 mod fans;
 mod feature;
 mod features;
+mod flat;
 mod intersect;
 mod lost;
 pub mod manifold;
@@ -50,6 +52,7 @@ mod quads;
 mod refine;
 mod resolve_self_intersections;
 pub mod simplify;
+mod snap;
 
 use crate::parallel::*;
 use glam::DVec3;
@@ -65,12 +68,14 @@ use cuts::Cuts;
 use edges::{Dropped, EdgeSlab, Source};
 use feature::Feature;
 use features::Features;
+pub(crate) use flat::remove_flat;
 pub use lost::SubResolution;
 use pairing::JoinedFaces;
 use part::Part;
 use quads::{Cut, OpenQuad, Quad};
 pub use refine::{FineRays, FinerBlocks, MOST_LEVELS, contour_refined};
 use resolve_self_intersections::{Tangle, View};
+pub(crate) use snap::snap;
 
 /// The coordinates that a mesh is made for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,0 +1,235 @@
+//! Vertices that an exact mesh does not need: those of cuts that lie within flat parts of it, or on straight edges between two.
+//!
+//! Where a cut crosses an edge between coplanar triangles it gets a vertex there. Each is moved along an edge to a neighbour and so
+//! removed, if no triangle turns and all parts of the surface stay within a tolerance of their planes.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::contract::Contraction;
+use super::manifold::Stars;
+use crate::cancel::checkpoint;
+use crate::closest::squared_distance_from_segment;
+use crate::mesh::TriangleMesh;
+use crate::parallel::*;
+
+/// Cosine of the greatest angle between the normals of triangles that may be parts of one plane: a first guess.
+const COPLANAR: f64 = 1.0 - 1e-9;
+
+/// Most triangles at a vertex that is removed.
+const MOST_AROUND: usize = 64;
+
+/// Most passes over the vertices; each may leave some that the next one can remove.
+const PASSES: usize = 2;
+
+/// Removes vertices from number `first` on that the surface does not need, and returns their number. The surface stays within a
+/// tolerance. `part_of` tells to which part of the surface a triangle belongs, whose borders stay; `sources` follow the triangles.
+pub(crate) fn remove_flat<S>(
+    mesh: &mut TriangleMesh,
+    sources: &mut Vec<S>,
+    first: u32,
+    tolerance: f64,
+    part_of: impl Fn(&S) -> u32,
+) -> usize {
+    let vertices = first..mesh.positions.len() as u32;
+    if vertices.is_empty() {
+        return 0;
+    }
+    let stars = Stars::of(mesh);
+    let may_go = |vertex: &u32| {
+        let mut corners = stars.corners_at(*vertex as usize).to_vec();
+        corners.sort_unstable();
+        let triangles = corners.iter().map(|corner| mesh.triangles[*corner as usize / 3]);
+        let normals =
+            triangles.map(|triangle| normal(triangle.map(|v| mesh.positions[v as usize])).normalize_or_zero());
+        corners.len() <= MOST_AROUND && are_two_planes(normals.filter(|normal| *normal != DVec3::ZERO))
+    };
+    let mut left: Vec<u32> = vertices.into_par_iter().with_min_len(1 << 10).filter(may_go).collect();
+    if left.is_empty() {
+        return 0;
+    }
+    let parts: Vec<u32> = sources.iter().map(part_of).collect();
+    let mut surface = Surface { edges: Contraction::of(mesh, &stars), parts, tolerance, errors: HashMap::new() };
+    let mut removed = 0;
+    for _ in 0..PASSES {
+        checkpoint();
+        let before = left.len();
+        left.retain(|&vertex| !surface.remove(vertex));
+        removed += before - left.len();
+        if left.len() == before {
+            break;
+        }
+    }
+    surface.edges.finish(sources);
+    removed
+}
+
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Returns whether normals are those of one or two planes, about.
+fn are_two_planes(normals: impl Iterator<Item = DVec3>) -> bool {
+    let mut planes = [DVec3::ZERO; 2];
+    for normal in normals {
+        let is_of = |plane: &DVec3| *plane == DVec3::ZERO || plane.dot(normal) >= COPLANAR;
+        match planes.iter_mut().find(|plane| is_of(plane)) {
+            Some(plane) if *plane == DVec3::ZERO => *plane = normal,
+            Some(_) => {}
+            None => return false,
+        }
+    }
+    true
+}
+
+/// The surface, and the part that each triangle belongs to.
+struct Surface<'m> {
+    edges: Contraction<'m>,
+    parts: Vec<u32>,
+    tolerance: f64,
+    /// Bounds of how far what was removed near a vertex is from the surface.
+    errors: HashMap<u32, f64>,
+}
+
+impl Surface<'_> {
+    /// Moves a vertex to the neighbour that leaves the best triangles, if it may be moved to any.
+    fn remove(&mut self, vertex: u32) -> bool {
+        let star = self.edges.star(vertex);
+        if star.len() > MOST_AROUND {
+            return false;
+        }
+        let ring = self.edges.ring(vertex, &star);
+        let borders = self.borders(vertex, &star, &ring);
+        let error = self.errors.get(&vertex).copied().unwrap_or(0.0);
+        let left = self.tolerance - error;
+        let mut fits: Vec<(f64, f64, u32)> = ring
+            .iter()
+            .filter(|&&to| is_along(to, &borders, |v| self.edges.mesh.positions[v as usize], vertex, left))
+            .filter_map(|&to| self.worst(vertex, to, &star).map(|(quality, height)| (quality, height, to)))
+            .filter(|&(_, height, _)| height <= left)
+            .collect();
+        fits.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
+        let Some((_, height, _)) = fits.into_iter().find(|&(.., to)| self.edges.contract(to, vertex)) else {
+            return false;
+        };
+        // What was removed before may lie anywhere around the vertex.
+        for around in ring.into_iter().filter(|_| height > 0.0 || error > 0.0) {
+            let own = self.errors.entry(around).or_default();
+            *own = own.max(error) + height;
+        }
+        true
+    }
+
+    /// Returns the neighbours of a vertex to which borders of parts lead.
+    fn borders(&self, vertex: u32, star: &[u32], ring: &[u32]) -> Vec<u32> {
+        let has = |triangle: &u32, other: u32| self.edges.mesh.triangles[*triangle as usize].contains(&other);
+        let is_border = |other: &u32| {
+            let mut parts =
+                star.iter().filter(|triangle| has(triangle, *other)).map(|&triangle| self.parts[triangle as usize]);
+            let one = parts.next();
+            parts.any(|part| Some(part) != one)
+        };
+        ring.iter().copied().filter(|&other| other != vertex).filter(is_border).collect()
+    }
+
+    /// Returns the quality of the worst triangle after a vertex was moved to a neighbour, and the vertex's greatest distance from the
+    /// planes of all; `None` if a triangle would turn, or be thinner than the tolerance and all before.
+    fn worst(&self, vertex: u32, to: u32, star: &[u32]) -> Option<(f64, f64)> {
+        let at = |vertex: u32| self.edges.mesh.positions[vertex as usize];
+        let longest =
+            |corners: [DVec3; 3]| (0..3).map(|i| corners[i].distance_squared(corners[(i + 1) % 3])).fold(0.0, f64::max);
+        let thinnest = |corners: [DVec3; 3]| normal(corners).length_squared() / longest(corners);
+        let given = star.iter().map(|&triangle| thinnest(self.edges.mesh.triangles[triangle as usize].map(at)));
+        let least = given.fold(16.0 * self.tolerance * self.tolerance, f64::min);
+        let (mut worst, mut farthest) = (f64::INFINITY, 0.0f64);
+        for &triangle in star {
+            let corners = self.edges.mesh.triangles[triangle as usize];
+            if corners.contains(&to) {
+                continue;
+            }
+            let [before, after] = [vertex, to].map(|new| corners.map(|v| at(if v == vertex { new } else { v })));
+            let (old, new) = (normal(before), normal(after));
+            let is_thin = thinnest(after) <= least;
+            let height = new.dot(at(vertex) - at(to)).abs() / new.length();
+            if is_thin || old.dot(new) <= 0.0 || !height.is_finite() {
+                return None;
+            }
+            worst = worst.min(new.length() / longest(after));
+            farthest = farthest.max(height);
+        }
+        Some((worst, farthest))
+    }
+}
+
+/// Returns whether a vertex with borders to some neighbours may be moved to one: along a straight border, or within a part.
+fn is_along(to: u32, borders: &[u32], at: impl Fn(u32) -> DVec3, vertex: u32, tolerance: f64) -> bool {
+    match *borders {
+        [] => true,
+        [one, other] => {
+            let is_straight =
+                || squared_distance_from_segment(at(vertex), [at(one), at(other)]) <= tolerance * tolerance;
+            (to == one || to == other) && is_straight()
+        }
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Precision;
+    use crate::solids::{cuboid, geodesic};
+    use crate::surface::manifold::ManifoldReport;
+
+    /// Splits each triangle at the middles of its sides.
+    fn split(mesh: &TriangleMesh) -> TriangleMesh {
+        let mut split = TriangleMesh { positions: mesh.positions.clone(), triangles: Vec::new() };
+        let mut middles = HashMap::new();
+        for &[a, b, c] in &mesh.triangles {
+            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
+                *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                    let middle = 0.5 * (split.positions[from as usize] + split.positions[to as usize]);
+                    split.positions.push(middle);
+                    split.positions.len() as u32 - 1
+                })
+            });
+            split.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        split
+    }
+
+    #[test]
+    fn vertices_in_faces_and_on_edges_go_and_others_stay() {
+        let cube = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+        let mut fine = split(&split(&cube));
+        let mut sources = vec![0; fine.triangles.len()];
+        let removed = remove_flat(&mut fine, &mut sources, 8, 1e-12, |_| 0);
+        let report = ManifoldReport::of(&fine, Precision::Double);
+        assert!(report.passed(), "{:?}", report.failures());
+        assert_eq!((fine.triangles.len(), sources.len(), removed), (12, 12, 90));
+        assert_eq!((fine.signed_volume(), fine.area()), (1.0, 6.0));
+        // Those that were given stay, and so do all of a round surface.
+        let mut given = split(&cube);
+        assert_eq!(remove_flat(&mut given, &mut vec![0; 48], 26, 1e-12, |_| 0), 0);
+        let mut round = geodesic(1.0, 8).unwrap();
+        let count = round.triangles.len();
+        assert_eq!(remove_flat(&mut round, &mut vec![0; count], 0, 1e-12, |_| 0), 0);
+    }
+
+    #[test]
+    fn borders_of_parts_stay() {
+        // The triangles of a cube's upper half are another part.
+        let mut fine = split(&split(&cuboid(DVec3::ZERO, DVec3::ONE).unwrap()));
+        let is_upper = |triangle: &[u32; 3]| triangle.iter().map(|&v| fine.positions[v as usize].z).sum::<f64>() > 1.5;
+        let mut sources: Vec<u32> = fine.triangles.iter().map(|triangle| u32::from(is_upper(triangle))).collect();
+        remove_flat(&mut fine, &mut sources, 8, 1e-12, |&part| part);
+        assert!(ManifoldReport::of(&fine, Precision::Double).passed());
+        let area = |part: u32| -> f64 {
+            let of_part = fine.triangles.iter().zip(&sources).filter(|(_, own)| **own == part);
+            of_part.map(|(triangle, _)| 0.5 * normal(triangle.map(|v| fine.positions[v as usize])).length()).sum()
+        };
+        assert!((area(0) - 3.0).abs() < 1e-12 && (area(1) - 3.0).abs() < 1e-12);
+        assert!(fine.triangles.len() < 48);
+    }
+}

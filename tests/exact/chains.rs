@@ -1,0 +1,92 @@
+//! Chains of operations, each on the rounded result of the one before: tools that share faces leave no walls, and what lies on one
+//! another within rounding does not grow.
+
+use glam::{DVec2, DVec3};
+use ldi_ops::boolean::{BooleanOperation, Expression};
+use ldi_ops::exact::Solution;
+use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, convex_hull};
+use ldi_ops::sampler::FillRule;
+use ldi_ops::solids::cuboid;
+use ldi_ops::surface::Coordinates;
+use ldi_ops::surface::manifold::ManifoldReport;
+
+fn closed(mesh: TriangleMesh) -> ClosedMesh {
+    ClosedMesh::check(mesh).unwrap()
+}
+
+/// Returns the mesh of an expression of two solids, rounded to a precision.
+fn result(operation: BooleanOperation, operands: [&ClosedMesh; 2], precision: Precision) -> TriangleMesh {
+    let solution = Solution::of(&operands, &Expression::of_inputs(operation, 2), FillRule::NonZero).unwrap();
+    let mesh = solution.mesh(Coordinates { precision, offset: DVec3::ZERO }).mesh;
+    let report = ManifoldReport::of(&mesh, precision);
+    assert!(report.passed(), "{:?}", report.failures());
+    mesh
+}
+
+/// Returns the way of a drill between two places: a prism around both.
+fn swept(ends: [DVec2; 2]) -> ClosedMesh {
+    const RADIUS: f64 = 0.1;
+    let around = (0..24).map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 24.0 + 0.01));
+    let points: Vec<DVec3> = ends
+        .iter()
+        .flat_map(|end| around.clone().map(move |direction| *end + RADIUS * direction))
+        .flat_map(|point| [0.35, 0.55].map(|height| DVec3::new(point.x, height, point.y)))
+        .collect();
+    closed(convex_hull(&points).unwrap())
+}
+
+#[test]
+fn a_drill_that_follows_a_path_leaves_what_all_its_ways_leave_at_once() {
+    let place = |step: u32| {
+        let t = f64::from(step);
+        0.3 * DVec2::new((0.31 * t).cos(), (0.31 * t).sin()) + 0.05 * DVec2::new((1.7 * t).sin(), (2.3 * t).cos())
+    };
+    let ways: Vec<ClosedMesh> = (0..28).map(|step| swept([place(step), place(step + 1)])).collect();
+    let block = closed(cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap());
+    let all: Vec<&ClosedMesh> = std::iter::once(&block).chain(&ways).collect();
+    let at_once = Expression::of_inputs(BooleanOperation::Difference, all.len());
+    let at_once = Solution::of(&all, &at_once, FillRule::NonZero).unwrap();
+    let expected = at_once.properties().mass;
+    for (precision, rounding) in [(Precision::Double, 1e-11), (Precision::Single, 1e-6)] {
+        let mut left = block.clone();
+        for way in &ways {
+            left = closed(result(BooleanOperation::Difference, [&left, way], precision));
+        }
+        let found = left.mass_properties();
+        assert!(
+            (found.volume - expected.volume).abs() < rounding,
+            "{precision:?}: {} {}",
+            found.volume,
+            expected.volume
+        );
+        assert!(
+            (found.area - expected.area).abs() < 10.0 * rounding,
+            "{precision:?}: {} {}",
+            found.area,
+            expected.area
+        );
+        let triangles = at_once.mesh(Coordinates { precision, offset: DVec3::ZERO }).mesh.triangles.len();
+        assert!(left.mesh().triangles.len() <= 3 * triangles, "{} {triangles}", left.mesh().triangles.len());
+    }
+}
+
+#[test]
+fn cubes_that_are_joined_and_taken_away_leave_nothing_between_them() {
+    let cells: Vec<DVec3> =
+        (0..27).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9))).collect();
+    let cubes: Vec<ClosedMesh> = cells.iter().map(|&cell| closed(cuboid(cell, cell + 1.0).unwrap())).collect();
+    // Those that touch in edges alone come first.
+    let (even, odd): (Vec<&ClosedMesh>, Vec<&ClosedMesh>) =
+        cubes.iter().partition(|cube| cube.bounds().min.element_sum() as i32 % 2 == 0);
+    let mut whole = even[0].clone();
+    for cube in even[1..].iter().chain(&odd) {
+        whole = closed(result(BooleanOperation::Union, [&whole, cube], Precision::Double));
+    }
+    // Vertices of inputs stay where they are needed no more: two triangles for each side of a cube.
+    assert_eq!((whole.mass_properties().volume, whole.mesh().triangles.len()), (27.0, 108));
+    for cube in even.iter().chain(&odd[..odd.len() - 1]) {
+        whole = closed(result(BooleanOperation::Difference, [&whole, cube], Precision::Double));
+    }
+    let last = odd[odd.len() - 1];
+    assert_eq!((whole.bounds(), whole.mesh().triangles.len()), (last.bounds(), 12));
+}
