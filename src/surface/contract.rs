@@ -66,7 +66,7 @@ impl<'m> Contraction<'m> {
         }
         let all: HashSet<u32> = kept_star.iter().chain(&gone_star).copied().collect();
         if all.len() == 4 {
-            // A tetrahedron without volume.
+            // A tetrahedron without volume, about.
             self.removed.extend(all);
             return true;
         }

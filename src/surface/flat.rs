@@ -105,8 +105,11 @@ impl Surface<'_> {
         let left = self.tolerance - error;
         let mut fits: Vec<(f64, f64, u32)> = ring
             .iter()
-            .filter(|&&to| is_along(to, &borders, |v| self.edges.mesh.positions[v as usize], vertex, left))
-            .filter_map(|&to| self.worst(vertex, to, &star).map(|(quality, height)| (quality, height, to)))
+            .filter_map(|&to| {
+                let aside = aside(to, &borders, |v| self.edges.mesh.positions[v as usize], vertex)?;
+                let (quality, height) = self.worst(vertex, to, &star)?;
+                Some((quality, height.max(aside), to))
+            })
             .filter(|&(_, height, _)| height <= left)
             .collect();
         fits.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
@@ -121,20 +124,20 @@ impl Surface<'_> {
         true
     }
 
-    /// Returns the neighbours of a vertex to which borders of parts lead.
+    /// Returns the neighbours of a vertex to which borders of parts lead, or folds by a right angle or more.
     fn borders(&self, vertex: u32, star: &[u32], ring: &[u32]) -> Vec<u32> {
-        let has = |triangle: &u32, other: u32| self.edges.mesh.triangles[*triangle as usize].contains(&other);
+        let corners = |triangle: u32| self.edges.mesh.triangles[triangle as usize];
+        let front = |triangle: u32| normal(corners(triangle).map(|v| self.edges.mesh.positions[v as usize]));
         let is_border = |other: &u32| {
-            let mut parts =
-                star.iter().filter(|triangle| has(triangle, *other)).map(|&triangle| self.parts[triangle as usize]);
-            let one = parts.next();
-            parts.any(|part| Some(part) != one)
+            let mut at_edge = star.iter().copied().filter(|&triangle| corners(triangle).contains(other));
+            let Some(one) = at_edge.next() else { return false };
+            at_edge.any(|two| self.parts[one as usize] != self.parts[two as usize] || front(one).dot(front(two)) <= 0.0)
         };
         ring.iter().copied().filter(|&other| other != vertex).filter(is_border).collect()
     }
 
     /// Returns the quality of the worst triangle after a vertex was moved to a neighbour, and the vertex's greatest distance from the
-    /// planes of all; `None` if a triangle would turn, or be thinner than the tolerance and all before.
+    /// planes of all; `None` if a triangle would turn, or be thinner than some tolerances and all before.
     fn worst(&self, vertex: u32, to: u32, star: &[u32]) -> Option<(f64, f64)> {
         let at = |vertex: u32| self.edges.mesh.positions[vertex as usize];
         let longest =
@@ -162,16 +165,15 @@ impl Surface<'_> {
     }
 }
 
-/// Returns whether a vertex with borders to some neighbours may be moved to one: along a straight border, or within a part.
-fn is_along(to: u32, borders: &[u32], at: impl Fn(u32) -> DVec3, vertex: u32, tolerance: f64) -> bool {
+/// Returns how far a vertex with borders to some neighbours is from the straight border that is left once it is moved to one; `None`
+/// if it is to stay.
+fn aside(to: u32, borders: &[u32], at: impl Fn(u32) -> DVec3, vertex: u32) -> Option<f64> {
     match *borders {
-        [] => true,
-        [one, other] => {
-            let is_straight =
-                || squared_distance_from_segment(at(vertex), [at(one), at(other)]) <= tolerance * tolerance;
-            (to == one || to == other) && is_straight()
+        [] => Some(0.0),
+        [one, other] if to == one || to == other => {
+            Some(squared_distance_from_segment(at(vertex), [at(one), at(other)]).sqrt())
         }
-        _ => false,
+        _ => None,
     }
 }
 

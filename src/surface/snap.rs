@@ -1,8 +1,8 @@
 //! Parts of a closed surface that lie on one another within a distance, as walls and gaps thinner than a file can hold: they get the
 //! same vertices, sides and triangles there, and triangles that face each other vanish.
 //!
-//! Vertices within the distance of one another become one, vertices within it of a side or a triangle become corners there, and sides
-//! that pass each other get a common vertex, round by round until nothing is as near (a form of iterated snap rounding; Valque and
+//! Vertices within twice the distance of one another become one, vertices within it of a side or a triangle become corners there, and
+//! sides that pass each other get a common vertex, round by round until nothing new is as near (a form of iterated snap rounding; Valque and
 //! Lazard, "Removing self-intersections in 3D meshes while preserving floating-point coordinates", 2020). Each step maps the surface
 //! as a chain of triangles: its boundary stays zero, so every edge keeps as many uses in one direction as in the other.
 
@@ -52,7 +52,8 @@ enum Meeting {
 /// each other. Edges must have as many uses in one direction as in the other, and do so after. Vertices come from cuts from the
 /// number `first_of_cuts` on, which is returned as it is after. Parts near one another are looked for from `suspects`, and from
 /// triangles of cuts that are thinner than the distance. `sources` follow the triangles. Of several vertices the lowest keeps its
-/// position; new ones are rounded to a precision.
+/// position; new ones are rounded to a precision. Where that does not come to an end, greater distances are tried, and if none does,
+/// all stays as it is.
 pub(crate) fn snap<S: Copy + Send + Sync>(
     mesh: &mut TriangleMesh,
     sources: &mut Vec<S>,
@@ -61,7 +62,9 @@ pub(crate) fn snap<S: Copy + Send + Sync>(
     precision: Precision,
 ) -> u32 {
     let piece = |(whole, (&corners, is_suspect)): (u32, (&[u32; 3], bool))| {
-        let is_thin = || Face::new(corners, corners.map(|vertex| mesh.positions[vertex as usize])).height <= distance;
+        let height = || Face::new(corners, corners.map(|vertex| mesh.positions[vertex as usize])).height;
+        // Of a triangle without extent it is no number.
+        let is_thin = || height() <= distance || height().is_nan();
         let is_new = is_suspect || corners.iter().any(|&vertex| vertex >= first_of_cuts) && is_thin();
         Piece { corners, is_outer: [true; 3], whole, is_new }
     };
@@ -357,6 +360,7 @@ fn apply(
             _ => None,
         })
         .collect();
+    let mut waiting: HashSet<[u32; 2]> = HashSet::new();
     let mut on_edges: HashMap<[u32; 2], Vec<(f64, u32)>> = HashMap::new();
     let mut in_faces: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
     let mut insert = |positions: &[DVec3], vertex: u32, edge: [u32; 2]| {
@@ -381,6 +385,7 @@ fn apply(
                     bent.contains(edge) || edge.iter().any(|end| join(*end) != *end || heads.contains(end))
                 };
                 if edges.iter().any(is_settled) {
+                    waiting.extend(edges);
                     continue;
                 }
                 let ends = edges.map(|edge| edge.map(|vertex| positions[vertex as usize]));
@@ -403,7 +408,8 @@ fn apply(
     kept.keys().chain(ends).for_each(|&vertex| is_touched[vertex as usize] = true);
     for piece in std::mem::take(triangles) {
         if !piece.corners.iter().any(|&corner| is_touched[corner as usize]) {
-            triangles.push(Piece { is_new: false, ..piece });
+            let is_new = (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
+            triangles.push(Piece { is_new, ..piece });
             continue;
         }
         let joined = Piece { corners: piece.corners.map(join), ..piece };
@@ -426,7 +432,8 @@ fn apply(
         for &vertex in in_faces.get(&corners).into_iter().flatten() {
             split_inside(&mut parts, vertex, positions);
         }
-        let is_new = parts.len() > 1 || joined.corners != piece.corners;
+        let is_waiting = || (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
+        let is_new = parts.len() > 1 || joined.corners != piece.corners || is_waiting();
         parts.retain(|&Piece { corners: [a, b, c], .. }| a != b && b != c && c != a);
         triangles.extend(parts.into_iter().map(|part| Piece { is_new, ..part }));
     }
