@@ -179,7 +179,8 @@ impl<'a> Solution<'a> {
     /// there, and no two vertices have the same position: where rounding lets vertices fall together, they are merged, or moved
     /// apart by steps of the file's precision. Where faces coincide, one is taken to lie before the other, as it suits the
     /// expression. Walls and gaps that are no thicker than what rounding leaves, some steps of the lattice or of the file's numbers,
-    /// vanish, and so do vertices of cuts within flat parts and on straight edges.
+    /// mostly vanish, and so do vertices of cuts within flat parts and on straight edges. A few walls of no thickness may be left at
+    /// saddles, and where several operations contradict each other.
     pub fn mesh(&self, coordinates: Coordinates) -> ExactMesh {
         let (rule, meshes) = (self.rule(), &self.inputs.meshes);
         let precision = coordinates.precision;
