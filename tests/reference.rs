@@ -216,8 +216,8 @@ fn exact_volumes_of_all_pairs_are_those_of_the_peers() {
     assert!(compared >= 30, "only {compared} values were compared");
 }
 
-/// Asserts that every triangle lies in the plane of the triangle that is named as its source. Returns the number of vertices that are those of
-/// inputs, bit for bit.
+/// Asserts that every triangle lies in the plane of the triangle that is named as its source. Returns the number of vertices that
+/// are those of inputs, bit for bit.
 fn has_sources(found: &exact::ExactMesh, inputs: [&ClosedMesh; 2], name: &str) -> usize {
     let mesh = &found.mesh;
     assert_eq!(found.sources.len(), mesh.triangles.len());

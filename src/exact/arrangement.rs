@@ -141,8 +141,8 @@ impl Arrangement {
         Pieces::of(bodies, segments, (crossings, triples), windings, rule)
     }
 
-    /// Returns the surface of the result, once nothing is unproved. The solids are those of the
-    /// arrangement. `None` if outlines do not close, which happens only to proved bodies that touch themselves while they grow.
+    /// Returns the surface of the result, once nothing is unproved. The solids are those of the arrangement. `None` if outlines do not
+    /// close, which happens only to proved bodies that touch themselves while they grow.
     pub fn surface(&self, rule: &Rule, solids: &[&ClosedMesh], coordinates: Coordinates) -> Option<Surface> {
         let pieces = self.pieces(rule);
         let Coordinates { precision, offset } = coordinates;

@@ -75,12 +75,7 @@ fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &[u32
         if !may_join || a == b || b == c || c == a {
             return None;
         }
-        let first = (0..3).min_by_key(|&i| corners[i].0).unwrap_or(0);
-        corners.rotate_left(first);
-        let is_back = corners[1].0 > corners[2].0;
-        if is_back {
-            corners.swap(1, 2);
-        }
+        let is_back = lowest_first(&mut corners);
         Some((corners.map(|(position, _)| position), is_back, number, corners.map(|(_, vertex)| vertex)))
     };
     let triangles = &mesh.triangles;
@@ -99,6 +94,17 @@ fn join_opposite<S>(mesh: &mut TriangleMesh, sources: &mut Vec<S>, lowest: &[u32
     if has_joined {
         join(mesh, sources, &vertices);
     }
+}
+
+/// Orders the corners of a triangle, the lowest first and the highest last, and returns whether this reverses it.
+pub(super) fn lowest_first<T: Copy + Ord>(corners: &mut [T; 3]) -> bool {
+    let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+    corners.rotate_left(first);
+    let is_back = corners[1] > corners[2];
+    if is_back {
+        corners.swap(1, 2);
+    }
+    is_back
 }
 
 /// Makes one vertex of each set, drops the triangles that lose a side by it, and returns the number of vertices that are gone.

@@ -89,7 +89,7 @@ impl Parts {
     }
 }
 
-fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+pub(super) fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 

@@ -10,6 +10,8 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::apart::lowest_first;
+use super::fans::sorted;
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
@@ -406,10 +408,10 @@ fn apply(
     let mut is_touched = vec![false; positions.len()];
     let ends = on_edges.keys().flatten().chain(in_faces.keys().flatten());
     kept.keys().chain(ends).for_each(|&vertex| is_touched[vertex as usize] = true);
+    let is_waiting = |piece: &Piece| (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
     for piece in std::mem::take(triangles) {
         if !piece.corners.iter().any(|&corner| is_touched[corner as usize]) {
-            let is_new = (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
-            triangles.push(Piece { is_new, ..piece });
+            triangles.push(Piece { is_new: is_waiting(&piece), ..piece });
             continue;
         }
         let joined = Piece { corners: piece.corners.map(join), ..piece };
@@ -432,8 +434,7 @@ fn apply(
         for &vertex in in_faces.get(&corners).into_iter().flatten() {
             split_inside(&mut parts, vertex, positions);
         }
-        let is_waiting = || (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
-        let is_new = parts.len() > 1 || joined.corners != piece.corners || is_waiting();
+        let is_new = parts.len() > 1 || joined.corners != piece.corners || is_waiting(&piece);
         parts.retain(|&Piece { corners: [a, b, c], .. }| a != b && b != c && c != a);
         triangles.extend(parts.into_iter().map(|part| Piece { is_new, ..part }));
     }
@@ -659,6 +660,7 @@ impl Diagonals<'_> {
         }
     }
 }
+
 /// Returns which triangles are left once those with the same corners that face each other are removed in pairs.
 fn without_opposites(pieces: &[Piece], vertices: usize) -> Vec<bool> {
     let is_at_new = at_new(pieces, vertices);
@@ -667,12 +669,7 @@ fn without_opposites(pieces: &[Piece], vertices: usize) -> Vec<bool> {
         if !corners.iter().all(|&corner| is_at_new[corner as usize]) {
             return None;
         }
-        let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
-        corners.rotate_left(first);
-        let is_back = corners[1] > corners[2];
-        if is_back {
-            corners.swap(1, 2);
-        }
+        let is_back = lowest_first(&mut corners);
         Some((corners, is_back, number))
     };
     let numbers = 0..pieces.len() as u32;
@@ -688,10 +685,6 @@ fn without_opposites(pieces: &[Piece], vertices: usize) -> Vec<bool> {
         }
     }
     kept
-}
-
-fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }
 
 #[cfg(test)]
