@@ -346,7 +346,7 @@ impl Region<'_> {
         };
         for node in self.around(polygon) {
             let point = self.point(node);
-            if point.x > from.x || !high.contains(&point.y) || !holds(low, point) {
+            if point.x > from.x || !high.contains(&point.y) || !holds(low, point, 0.0) {
                 continue;
             }
             let slope = (point.y - from.y).abs() / (from.x - point.x);
@@ -396,14 +396,16 @@ impl Region<'_> {
                 (node, count, misses) = (after, count - 2, 0);
                 continue;
             }
-            if self.is_folded(node) || self.is_ear(node, count) {
+            // Corners that rounding may have moved out of an ear are taken to lie in it while there are other ears.
+            let margin = if misses < count { 2.0 * self.rounding } else { 0.0 };
+            if self.is_folded(node) || self.is_ear(node, count, margin) {
                 node = self.cut(node);
                 (count, misses) = (count - 1, 0);
                 continue;
             }
             node = self.next(node);
             misses += 1;
-            if misses == count {
+            if misses == 2 * count {
                 // Rounding has folded what is left.
                 let quality = |node: &u32| quality(self.corner(*node));
                 let best = self.around(node).max_by(|a, b| quality(a).total_cmp(&quality(b))).unwrap_or(node);
@@ -425,17 +427,18 @@ impl Region<'_> {
         is_back && previous != next
     }
 
-    /// Returns whether a triangle at a node of a polygon with `count` nodes covers no other corner.
-    fn is_ear(&self, node: u32, count: usize) -> bool {
+    /// Returns whether a triangle at a node of a polygon with `count` nodes covers no other corner, nor comes within a margin of one.
+    fn is_ear(&self, node: u32, count: usize, margin: f64) -> bool {
         let corner = self.corner(node);
         if turn(corner) <= 0.0 {
             return false;
         }
         let (min, max) = (corner[0].min(corner[1]).min(corner[2]), corner[0].max(corner[1]).max(corner[2]));
+        let (min, max) = (min - margin, max + margin);
         let is_covered = |other: u32| {
             let point = self.point(other);
             let may_hold = point.cmpge(min).all() && point.cmple(max).all();
-            may_hold && !corner.contains(&point) && turn(self.corner(other)) <= 0.0 && holds(corner, point)
+            may_hold && !corner.contains(&point) && turn(self.corner(other)) <= 0.0 && holds(corner, point, margin)
         };
         match self.buckets.as_ref().and_then(|buckets| buckets.near(min, max, count)) {
             Some(mut near) => !near.any(|other| !self.nodes[other as usize].is_cut && is_covered(other)),
@@ -455,9 +458,9 @@ impl Region<'_> {
     }
 }
 
-/// Returns whether a triangle that turns left holds a point, sides included.
-fn holds([a, b, c]: [DVec2; 3], point: DVec2) -> bool {
-    turn([a, b, point]) >= 0.0 && turn([b, c, point]) >= 0.0 && turn([c, a, point]) >= 0.0
+/// Returns whether a triangle that turns left holds a point, up to a margin beyond its sides.
+fn holds([a, b, c]: [DVec2; 3], point: DVec2, margin: f64) -> bool {
+    [[a, b], [b, c], [c, a]].into_iter().all(|[from, to]| turn([from, to, point]) >= -margin * from.distance(to))
 }
 
 /// Returns twice the area by the square of the longest side: about 0.87 at best, and negative if the triangle is turned over.
@@ -596,6 +599,22 @@ mod tests {
             add([(0.5, -3.0), (0.5, -1.0), (1.5, -1.0), (1.5, -3.0)].map(|(dx, y)| DVec2::new(x + dx, y)).to_vec());
         }
         (points, loops)
+    }
+
+    #[test]
+    fn corners_moved_out_by_rounding_do_not_fold_a_region() {
+        // The face x = 3 of a cuboid without the triangle in which a tetrahedron leaves it, seen along x: one corner of that lies on
+        // the face's side, but for rounding.
+        let points =
+            [[3.0, 0.0], [5.0, 2.0], [3.0, 2.0], [3.0, 5.0 / 7.0], [10.0 / 3.0, 1.0 / 3.0 - 5e-17], [3.0, 2.0 / 3.0]];
+        let points = points.map(DVec2::from_array);
+        assert!(turn([points[0], points[1], points[4]]) < 0.0);
+        let mut outline = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]];
+        let mut found = Vec::new();
+        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], f64::EPSILON, &mut found));
+        let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
+        assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() - (2.0 - 1.0 / 126.0)).abs() < 1e-15);
     }
 
     #[test]

@@ -15,8 +15,9 @@ use glam::{DVec3, I64Vec3};
 use super::bodies::Bodies;
 use crate::boolean::{BooleanOperation, Expression};
 
-/// The greatest component of a direction: large, so that one within a needle's corner stays there when it is rounded.
-const LENGTH: f64 = ((1 << 20) - 1) as f64;
+/// The greatest component of a direction: large, so that one within a needle's corner stays there when it is rounded, and a multiple
+/// of all numbers up to 16, so that one along an edge of a small grid stays in the planes of the faces there.
+const LENGTH: f64 = 720_720.0;
 
 /// The cosine of the angle to the nearest face from which the sum of the normals is the direction.
 const LEAST_COSINE: f64 = 0.05;
@@ -143,7 +144,11 @@ fn direction(bodies: &Bodies, faces: &[u32]) -> [i32; 3] {
             normals.push(normal);
         }
     }
-    let direction = in_front(&normals);
+    whole(in_front(&normals))
+}
+
+/// Returns a direction in whole numbers.
+fn whole(direction: DVec3) -> [i32; 3] {
     let longest = direction.abs().max_element();
     if longest < 1e-9 { [0; 3] } else { (direction * (LENGTH / longest)).round().as_ivec3().to_array() }
 }
@@ -190,6 +195,16 @@ mod tests {
         assert!(corner(&[[1.0, 0.0, 0.01], [-1.0, 0.0, 0.01], [0.0, 1.0, 1.0], [0.0, -1.0, 0.5]]) > 0.005);
         // A saddle has none.
         assert!(corner(&[[1.0, 0.0, 0.1], [-1.0, 0.0, 0.1], [0.0, 1.0, -0.1], [0.0, -1.0, -0.1]]) <= 0.0);
+    }
+
+    #[test]
+    fn where_four_faces_meet_points_move_along_the_edge() {
+        for edge in [[1, -2, 0], [3, 1, -7], [-5, 0, 16]].map(|edge: [i32; 3]| DVec3::from_array(edge.map(f64::from))) {
+            let normals = [DVec3::new(0.3, 1.0, 0.2), DVec3::new(-1.0, 0.1, 0.4)].map(|n| n.cross(edge).normalize());
+            let all = [normals[0], -normals[0], normals[1], -normals[1], edge.normalize()];
+            let direction = I64Vec3::from_array(whole(in_front(&all)).map(i64::from)).as_dvec3();
+            assert_eq!(direction.cross(edge), DVec3::ZERO, "{edge}");
+        }
     }
 
     #[test]

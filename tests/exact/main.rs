@@ -108,8 +108,7 @@ fn exact(inputs: &[ClosedMesh], expression: &Expression, fill: FillRule) -> Mass
         assert!(difference < tolerance, "{expression:?} {fill:?} {precision:?}: off by {difference}");
         if knows_area && precision == Precision::Double {
             let (area, expected) = (found.mesh.area(), mass.area);
-            // Walls without thickness may stay, where outlines fold; nothing may be missing.
-            assert!(area >= (1.0 - 1e-9) * expected, "{expression:?} {fill:?}: area {area}, not {expected}");
+            assert!((area - expected).abs() <= 1e-9 * expected, "{expression:?} {fill:?}: area {area}, not {expected}");
         }
     }
     mass
