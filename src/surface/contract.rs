@@ -1,40 +1,51 @@
 //! Contraction of edges, one after another, while the surface stays a manifold.
 
-use std::collections::{HashMap, HashSet};
-
 use super::fans::retain;
 use super::manifold::Stars;
 use crate::mesh::TriangleMesh;
+
+/// The place of a vertex whose triangles are as given.
+const AS_GIVEN: u32 = u32::MAX;
 
 /// A mesh whose edges are contracted.
 pub(super) struct Contraction<'m> {
     pub mesh: &'m mut TriangleMesh,
     /// The triangles at vertices, before any edge was contracted.
     given: &'m Stars,
-    /// The triangles at vertices that were changed.
-    stars: HashMap<u32, Vec<u32>>,
-    removed: HashSet<u32>,
+    /// The triangles at vertices that were changed, and the place of each vertex's among them.
+    changed: Vec<Vec<u32>>,
+    places: Vec<u32>,
+    is_removed: Vec<bool>,
 }
 
 impl<'m> Contraction<'m> {
     pub fn of(mesh: &'m mut TriangleMesh, given: &'m Stars) -> Contraction<'m> {
-        Contraction { mesh, given, stars: HashMap::new(), removed: HashSet::new() }
+        let (places, is_removed) = (vec![AS_GIVEN; mesh.positions.len()], vec![false; mesh.triangles.len()]);
+        Contraction { mesh, given, changed: Vec::new(), places, is_removed }
     }
 
     /// Removes the triangles that have lost a side. `sources` follow the triangles.
     pub fn finish<S>(self, sources: &mut Vec<S>) {
-        let Contraction { mesh, removed, .. } = self;
-        let kept: Vec<bool> = (0..mesh.triangles.len() as u32).map(|triangle| !removed.contains(&triangle)).collect();
-        retain(mesh, sources, &kept);
+        let is_kept: Vec<bool> = self.is_removed.iter().map(|removed| !removed).collect();
+        retain(self.mesh, sources, &is_kept);
     }
 
     /// Returns the triangles at a vertex, in order.
-    pub fn star(&mut self, vertex: u32) -> Vec<u32> {
-        let given = || self.given.corners_at(vertex as usize).iter().map(|corner| corner / 3).collect();
-        let star = self.stars.entry(vertex).or_insert_with(given);
-        star.retain(|triangle| !self.removed.contains(triangle));
+    pub fn star(&self, vertex: u32) -> Vec<u32> {
+        let is_left = |triangle: &u32| !self.is_removed[*triangle as usize];
+        let mut star: Vec<u32> = match self.places[vertex as usize] {
+            AS_GIVEN => {
+                self.given.corners_at(vertex as usize).iter().map(|corner| corner / 3).filter(is_left).collect()
+            }
+            place => self.changed[place as usize].iter().copied().filter(is_left).collect(),
+        };
         star.sort_unstable();
-        star.clone()
+        star
+    }
+
+    fn set_star(&mut self, vertex: u32, star: Vec<u32>) {
+        self.places[vertex as usize] = self.changed.len() as u32;
+        self.changed.push(star);
     }
 
     /// Returns the other vertices of some triangles around a vertex, sorted.
@@ -58,28 +69,24 @@ impl<'m> Contraction<'m> {
         }
         let (kept_ring, gone_ring) = (self.ring(kept, &kept_star), self.ring(gone, &gone_star));
         let common = gone_ring.iter().filter(|vertex| kept_ring.binary_search(vertex).is_ok()).count();
-        let beside: HashSet<u32> =
-            at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]).collect();
-        // Two triangles with the same corners have three in all.
-        if common != 2 || beside.len() != 4 {
+        let beside = at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
+        let mut beside = beside.filter(|&corner| corner != kept && corner != gone);
+        // Two triangles with the same corners have one beside the edge.
+        if common != 2 || beside.next() == beside.next() {
             return false;
         }
-        let all: HashSet<u32> = kept_star.iter().chain(&gone_star).copied().collect();
-        if all.len() == 4 {
+        if kept_star.len() + gone_star.len() == 6 {
             // A tetrahedron without volume, about.
-            self.removed.extend(all);
+            kept_star.iter().chain(&gone_star).for_each(|&triangle| self.is_removed[triangle as usize] = true);
             return true;
         }
         for &triangle in &gone_star {
             let corners = &mut self.mesh.triangles[triangle as usize];
             corners.iter_mut().filter(|corner| **corner == gone).for_each(|corner| *corner = kept);
         }
-        self.removed.extend(at_edge);
-        self.stars.insert(gone, Vec::new());
-        self.stars.entry(kept).or_default().extend(gone_star);
-        let star = self.stars.get_mut(&kept).expect("it was just added to");
-        star.sort_unstable();
-        star.dedup();
+        at_edge.iter().for_each(|&triangle| self.is_removed[triangle as usize] = true);
+        self.set_star(gone, Vec::new());
+        self.set_star(kept, kept_star.into_iter().chain(gone_star).collect());
         true
     }
 }

@@ -3,8 +3,6 @@
 //! Where a cut crosses an edge between coplanar triangles it gets a vertex there. Each is moved along an edge to a neighbour and so
 //! removed, if no triangle turns and all parts of the surface stay within a tolerance of their planes.
 
-use std::collections::HashMap;
-
 use glam::DVec3;
 
 use super::contract::Contraction;
@@ -50,19 +48,20 @@ pub(crate) fn remove_flat<S>(
         return 0;
     }
     let parts: Vec<u32> = sources.iter().map(part_of).collect();
-    let mut surface = Surface { edges: Contraction::of(mesh, &stars), parts, tolerance, errors: HashMap::new() };
-    let mut removed = 0;
+    let (errors, has_changed) = (vec![0.0; mesh.positions.len()], vec![true; mesh.positions.len()]);
+    let edges = Contraction::of(mesh, &stars);
+    let mut surface = Surface { edges, parts, tolerance, errors, has_changed };
+    let candidates = left.len();
     for _ in 0..PASSES {
         checkpoint();
-        let before = left.len();
-        left.retain(|&vertex| !surface.remove(vertex));
-        removed += before - left.len();
-        if left.len() == before {
-            break;
-        }
+        // What could not be moved before can only be moved since something changed around it.
+        left.retain(|&vertex| {
+            let is_new = std::mem::take(&mut surface.has_changed[vertex as usize]);
+            !(is_new && surface.remove(vertex))
+        });
     }
     surface.edges.finish(sources);
-    removed
+    candidates - left.len()
 }
 
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
@@ -89,7 +88,9 @@ struct Surface<'m> {
     parts: Vec<u32>,
     tolerance: f64,
     /// Bounds of how far what was removed near a vertex is from the surface.
-    errors: HashMap<u32, f64>,
+    errors: Vec<f64>,
+    /// Whether triangles at each vertex have changed since it was last tried.
+    has_changed: Vec<bool>,
 }
 
 impl Surface<'_> {
@@ -100,14 +101,17 @@ impl Surface<'_> {
             return false;
         }
         let ring = self.edges.ring(vertex, &star);
-        let borders = self.borders(vertex, &star, &ring);
-        let error = self.errors.get(&vertex).copied().unwrap_or(0.0);
+        let around: Vec<Around> = star.iter().map(|&triangle| self.around(vertex, triangle)).collect();
+        let borders: Vec<u32> = ring.iter().copied().filter(|&other| is_border(other, &around)).collect();
+        let error = self.errors[vertex as usize];
         let left = self.tolerance - error;
+        let least = around.iter().map(|around| around.thickness).fold(16.0 * self.tolerance * self.tolerance, f64::min);
+        let at = |vertex: u32| self.edges.mesh.positions[vertex as usize];
         let mut fits: Vec<(f64, f64, u32)> = ring
             .iter()
             .filter_map(|&to| {
-                let aside = aside(to, &borders, |v| self.edges.mesh.positions[v as usize], vertex)?;
-                let (quality, height) = self.worst(vertex, to, &star)?;
+                let aside = aside(to, &borders, at, vertex)?;
+                let (quality, height) = worst([vertex, to].map(at), &around, to, least)?;
                 Some((quality, height.max(aside), to))
             })
             .filter(|&(_, height, _)| height <= left)
@@ -116,53 +120,77 @@ impl Surface<'_> {
         let Some((_, height, _)) = fits.into_iter().find(|&(.., to)| self.edges.contract(to, vertex)) else {
             return false;
         };
-        // What was removed before may lie anywhere around the vertex.
-        for around in ring.into_iter().filter(|_| height > 0.0 || error > 0.0) {
-            let own = self.errors.entry(around).or_default();
+        for around in ring {
+            self.has_changed[around as usize] = true;
+            // What was removed before may lie anywhere around the vertex.
+            let own = &mut self.errors[around as usize];
             *own = own.max(error) + height;
         }
         true
     }
 
-    /// Returns the neighbours of a vertex to which borders of parts lead, or folds by a right angle or more.
-    fn borders(&self, vertex: u32, star: &[u32], ring: &[u32]) -> Vec<u32> {
-        let corners = |triangle: u32| self.edges.mesh.triangles[triangle as usize];
-        let front = |triangle: u32| normal(corners(triangle).map(|v| self.edges.mesh.positions[v as usize]));
-        let is_border = |other: &u32| {
-            let mut at_edge = star.iter().copied().filter(|&triangle| corners(triangle).contains(other));
-            let Some(one) = at_edge.next() else { return false };
-            at_edge.any(|two| self.parts[one as usize] != self.parts[two as usize] || front(one).dot(front(two)) <= 0.0)
+    fn around(&self, vertex: u32, triangle: u32) -> Around {
+        let [a, b, c] = self.edges.mesh.triangles[triangle as usize];
+        let others = match vertex {
+            _ if vertex == a => [b, c],
+            _ if vertex == b => [c, a],
+            _ => [a, b],
         };
-        ring.iter().copied().filter(|&other| other != vertex).filter(is_border).collect()
-    }
-
-    /// Returns the quality of the worst triangle after a vertex was moved to a neighbour, and the vertex's greatest distance from the
-    /// planes of all; `None` if a triangle would turn, or be thinner than some tolerances and all before.
-    fn worst(&self, vertex: u32, to: u32, star: &[u32]) -> Option<(f64, f64)> {
-        let at = |vertex: u32| self.edges.mesh.positions[vertex as usize];
-        let longest =
-            |corners: [DVec3; 3]| (0..3).map(|i| corners[i].distance_squared(corners[(i + 1) % 3])).fold(0.0, f64::max);
-        let thinnest = |corners: [DVec3; 3]| normal(corners).length_squared() / longest(corners);
-        let given = star.iter().map(|&triangle| thinnest(self.edges.mesh.triangles[triangle as usize].map(at)));
-        let least = given.fold(16.0 * self.tolerance * self.tolerance, f64::min);
-        let (mut worst, mut farthest) = (f64::INFINITY, 0.0f64);
-        for &triangle in star {
-            let corners = self.edges.mesh.triangles[triangle as usize];
-            if corners.contains(&to) {
-                continue;
-            }
-            let [before, after] = [vertex, to].map(|new| corners.map(|v| at(if v == vertex { new } else { v })));
-            let (old, new) = (normal(before), normal(after));
-            let is_thin = thinnest(after) <= least;
-            let height = new.dot(at(vertex) - at(to)).abs() / new.length();
-            if is_thin || old.dot(new) <= 0.0 || !height.is_finite() {
-                return None;
-            }
-            worst = worst.min(new.length() / longest(after));
-            farthest = farthest.max(height);
+        let [from, to] = others.map(|other| self.edges.mesh.positions[other as usize]);
+        let at = self.edges.mesh.positions[vertex as usize];
+        let normal = normal([at, from, to]);
+        Around {
+            others,
+            ends: [from, to],
+            normal,
+            thickness: thickness(normal, [at, from, to]),
+            part: self.parts[triangle as usize],
         }
-        Some((worst, farthest))
     }
+}
+
+/// A triangle at a vertex.
+struct Around {
+    /// Its other corners, as it turns, and their positions.
+    others: [u32; 2],
+    ends: [DVec3; 2],
+    normal: DVec3,
+    /// The square of its height over the longest side.
+    thickness: f64,
+    part: u32,
+}
+
+fn longest([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+}
+
+fn thickness(normal: DVec3, corners: [DVec3; 3]) -> f64 {
+    normal.length_squared() / longest(corners)
+}
+
+/// Returns whether a border of parts leads to a neighbour, or a fold by a right angle or more, given the triangles around a vertex.
+fn is_border(other: u32, around: &[Around]) -> bool {
+    let mut at_edge = around.iter().filter(|around| around.others.contains(&other));
+    let Some(one) = at_edge.next() else { return false };
+    at_edge.any(|two| one.part != two.part || one.normal.dot(two.normal) <= 0.0)
+}
+
+/// Returns the quality of the worst triangle after a vertex was moved to a neighbour, and the vertex's greatest distance from the
+/// planes of all; `None` if a triangle would turn, or be no thicker than `least`.
+fn worst([from, to]: [DVec3; 2], around: &[Around], neighbour: u32, least: f64) -> Option<(f64, f64)> {
+    let (mut worst, mut farthest) = (f64::INFINITY, 0.0f64);
+    for around in around.iter().filter(|around| !around.others.contains(&neighbour)) {
+        let corners = [to, around.ends[0], around.ends[1]];
+        let normal = normal(corners);
+        let length = normal.length();
+        let height = normal.dot(from - to).abs() / length;
+        if thickness(normal, corners) <= least || around.normal.dot(normal) <= 0.0 || !height.is_finite() {
+            return None;
+        }
+        worst = worst.min(length / longest(corners));
+        farthest = farthest.max(height);
+    }
+    Some((worst, farthest))
 }
 
 /// Returns how far a vertex with borders to some neighbours is from the straight border that is left once it is moved to one; `None`
@@ -179,6 +207,8 @@ fn aside(to: u32, borders: &[u32], at: impl Fn(u32) -> DVec3, vertex: u32) -> Op
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use super::*;
     use crate::mesh::Precision;
     use crate::solids::{cuboid, geodesic};
