@@ -16,6 +16,7 @@ use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
 use crate::face_tree::FaceTree;
+use crate::mesh::meet::meet;
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 use crate::parallel::*;
 
@@ -76,10 +77,18 @@ pub(crate) fn snap<S: Copy + Send + Sync>(
     if !pieces.par_iter().with_min_len(1 << 12).any(|piece| piece.is_new) {
         return first_of_cuts;
     }
-    let distances = FACTORS.map(|factor| factor * distance);
-    let found =
-        distances.into_iter().find_map(|distance| in_rounds(pieces.clone(), &mesh.positions, distance, precision));
-    let Some((pieces, positions)) = found else { return first_of_cuts };
+    let mut best: Option<(usize, Joined)> = None;
+    for factor in FACTORS {
+        let Some(joined) = in_rounds(pieces.clone(), &mesh.positions, factor * distance, precision) else { continue };
+        let crossings = if joined.is_settled { 0 } else { joined.crossings() };
+        if best.as_ref().is_none_or(|(least, _)| crossings < *least) {
+            best = Some((crossings, joined));
+        }
+        if crossings == 0 {
+            break;
+        }
+    }
+    let Some((_, Joined { pieces, positions, .. })) = best else { return first_of_cuts };
     *sources = pieces.iter().map(|piece| sources[piece.whole as usize]).collect();
     let triangles = pieces.into_iter().map(|piece| piece.corners).collect();
     let (compact, used) = TriangleMesh { positions, triangles: Vec::new() }.of_triangles(triangles);
@@ -106,26 +115,46 @@ impl Piece {
     }
 }
 
-/// Joins what is near one another, and returns the pieces and positions; `None` if that does not come to an end.
-fn in_rounds(
-    mut pieces: Vec<Piece>,
-    positions: &[DVec3],
-    distance: f64,
-    precision: Precision,
-) -> Option<(Vec<Piece>, Vec<DVec3>)> {
+/// A surface whose parts near one another were joined.
+struct Joined {
+    pieces: Vec<Piece>,
+    positions: Vec<DVec3>,
+    /// True if nothing that was near one another had to be left so.
+    is_settled: bool,
+}
+
+impl Joined {
+    /// Returns the number of pairs of pieces that meet elsewhere than in common vertices and sides.
+    fn crossings(&self) -> usize {
+        let extent =
+            |piece: u32| Box32::around(self.pieces[piece as usize].corners.map(|v| self.positions[v as usize]));
+        let pieces =
+            || (0..self.pieces.len() as u32).into_par_iter().with_min_len(1 << 10).map(|piece| (piece, extent(piece)));
+        let bounds = pieces().map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
+        let tree = FaceTree::new(&bounds, pieces(), extent);
+        let corners = |place: usize| self.pieces[tree.faces()[place] as usize].corners;
+        let look = |one: &[u32; 3], other: &[u32; 3]| meet(*one, *other, |v| self.positions[v as usize]).then_some(());
+        tree.own_pairs(|_| true, corners, look).len()
+    }
+}
+
+/// Joins what is near one another; `None` if that does not come to an end.
+fn in_rounds(mut pieces: Vec<Piece>, positions: &[DVec3], distance: f64, precision: Precision) -> Option<Joined> {
     let most = pieces.len() + MOST_MORE * (64 + pieces.iter().filter(|piece| piece.is_new).count());
     let mut positions = positions.to_vec();
     let mut times: HashMap<Meeting, usize> = HashMap::new();
+    let mut is_settled = true;
     for _ in 0..ROUNDS {
         checkpoint();
         let mut meetings = meetings(&pieces, &positions, distance);
         meetings.retain(|meeting| {
             let times = times.entry(*meeting).or_default();
             *times += 1;
+            is_settled &= *times <= MOST_TIMES;
             *times <= MOST_TIMES
         });
         if meetings.is_empty() {
-            return Some((pieces, positions));
+            return Some(Joined { pieces, positions, is_settled });
         }
         apply(&mut pieces, &mut positions, &meetings, distance, precision);
         let mut kept = without_opposites(&pieces, positions.len()).into_iter();
@@ -622,14 +651,15 @@ impl Diagonals<'_> {
         may_turn.then_some(Turn { both, corners: [a, b, c, d] })
     }
 
-    /// Returns whether a turn makes a Delaunay triangulation of two parts.
+    /// Returns whether a turn makes a Delaunay triangulation of two parts, or unfolds them.
     fn is_better(&self, turn: &Turn, front: DVec3) -> bool {
         let cotangent = |corners: [u32; 3]| {
             let [p, q, r] = corners.map(|vertex| self.positions[vertex as usize]);
             (q - p).dot(r - p) / self.area(corners, front)
         };
         let [a, b, c, d] = turn.corners;
-        cotangent([c, a, b]) + cotangent([d, b, a]) < 0.0
+        let is_folded = [[a, b, c], [b, a, d]].iter().any(|&part| self.area(part, front) <= 0.0);
+        is_folded || cotangent([c, a, b]) + cotangent([d, b, a]) < 0.0
     }
 
     fn put(&mut self, Turn { both, corners: [a, b, c, d] }: Turn) {

@@ -23,16 +23,37 @@ fn result(operation: BooleanOperation, operands: [&ClosedMesh; 2], precision: Pr
     mesh
 }
 
-/// Returns the way of a drill between two places: a prism around both.
-fn swept(ends: [DVec2; 2]) -> ClosedMesh {
+/// Returns the way of a drill between two places, down to a height: a prism around both.
+fn swept(ends: [DVec2; 2], height: f64) -> ClosedMesh {
     const RADIUS: f64 = 0.1;
     let around = (0..24).map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 24.0 + 0.01));
     let points: Vec<DVec3> = ends
         .iter()
         .flat_map(|end| around.clone().map(move |direction| *end + RADIUS * direction))
-        .flat_map(|point| [0.35, 0.55].map(|height| DVec3::new(point.x, height, point.y)))
+        .flat_map(|point| [height, 0.55].map(|height| DVec3::new(point.x, height, point.y)))
         .collect();
     closed(convex_hull(&points).unwrap())
+}
+
+/// Drills a block along some ways, one after another, and compares what is left with what all of them leave at once.
+fn drill(ways: &[ClosedMesh], precision: Precision) {
+    let block = closed(cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap());
+    let all: Vec<&ClosedMesh> = std::iter::once(&block).chain(ways).collect();
+    let at_once = Expression::of_inputs(BooleanOperation::Difference, all.len());
+    let at_once = Solution::of(&all, &at_once, FillRule::NonZero).unwrap();
+    let expected = at_once.properties().mass;
+    let mut left = block.clone();
+    for (step, way) in ways.iter().enumerate() {
+        left = closed(result(BooleanOperation::Difference, [&left, way], precision));
+        let alone = Solution::of(&[&left], &Expression::input(0), FillRule::NonZero).unwrap();
+        assert!(alone.properties().with_meeting_shells.is_empty(), "{precision:?}: crosses itself from step {step} on");
+    }
+    let rounding = if precision == Precision::Single { 1e-6 } else { 1e-11 };
+    let found = left.mass_properties();
+    let (volume, area) = (found.volume - expected.volume, found.area - expected.area);
+    assert!(volume.abs() < rounding && area.abs() < 10.0 * rounding, "{precision:?}: off by {volume} and {area}");
+    let triangles = at_once.mesh(Coordinates { precision, offset: DVec3::ZERO }).mesh.triangles.len();
+    assert!(left.mesh().triangles.len() <= 3 * triangles, "{} {triangles}", left.mesh().triangles.len());
 }
 
 #[test]
@@ -41,33 +62,17 @@ fn a_drill_that_follows_a_path_leaves_what_all_its_ways_leave_at_once() {
         let t = f64::from(step);
         0.3 * DVec2::new((0.31 * t).cos(), (0.31 * t).sin()) + 0.05 * DVec2::new((1.7 * t).sin(), (2.3 * t).cos())
     };
-    let ways: Vec<ClosedMesh> = (0..28).map(|step| swept([place(step), place(step + 1)])).collect();
-    let block = closed(cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap());
-    let all: Vec<&ClosedMesh> = std::iter::once(&block).chain(&ways).collect();
-    let at_once = Expression::of_inputs(BooleanOperation::Difference, all.len());
-    let at_once = Solution::of(&all, &at_once, FillRule::NonZero).unwrap();
-    let expected = at_once.properties().mass;
-    for (precision, rounding) in [(Precision::Double, 1e-11), (Precision::Single, 1e-6)] {
-        let mut left = block.clone();
-        for way in &ways {
-            left = closed(result(BooleanOperation::Difference, [&left, way], precision));
-        }
-        let found = left.mass_properties();
-        assert!(
-            (found.volume - expected.volume).abs() < rounding,
-            "{precision:?}: {} {}",
-            found.volume,
-            expected.volume
-        );
-        assert!(
-            (found.area - expected.area).abs() < 10.0 * rounding,
-            "{precision:?}: {} {}",
-            found.area,
-            expected.area
-        );
-        let triangles = at_once.mesh(Coordinates { precision, offset: DVec3::ZERO }).mesh.triangles.len();
-        assert!(left.mesh().triangles.len() <= 3 * triangles, "{} {triangles}", left.mesh().triangles.len());
-    }
+    let ways: Vec<ClosedMesh> = (0..28).map(|step| swept([place(step), place(step + 1)], 0.35)).collect();
+    drill(&ways, Precision::Double);
+    drill(&ways, Precision::Single);
+}
+
+#[test]
+fn a_drill_that_goes_deeper_turn_by_turn_leaves_no_folds() {
+    let place = |step: u32| 0.3 * DVec2::new((0.17 * f64::from(step)).cos(), (0.29 * f64::from(step)).sin());
+    let height = |step: u32| 0.401 - 0.06 * f64::from(step / 40);
+    let ways: Vec<ClosedMesh> = (0..180).map(|step| swept([place(step), place(step + 1)], height(step))).collect();
+    drill(&ways, Precision::Single);
 }
 
 #[test]
