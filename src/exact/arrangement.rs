@@ -23,6 +23,9 @@ use crate::mesh::meet::{are_parted, widest_axis};
 use crate::mesh::{self, Aabb, ClosedMesh, Unproved};
 use crate::surface::Coordinates;
 
+/// The greatest error of a crossing's position, in lattice steps: 2^-46 of an edge, which is no longer than 2^41 steps.
+const ERROR: f64 = 1.0 / 32.0;
+
 /// The surfaces of all solids.
 pub(super) struct Arrangement {
     solids: usize,
@@ -153,7 +156,7 @@ impl Arrangement {
             };
             precision.round(position - offset)
         };
-        result::surface(&pieces, place, precision)
+        result::surface(&pieces, place, (precision, ERROR * self.lattice.step))
     }
 
     /// Returns the properties of the result, once nothing is unproved.

@@ -1,14 +1,16 @@
 //! The triangulation of the parts of a face that its outline bounds.
 //!
 //! The outline is known by the numbers of its vertices, and its loops follow from them alone. Positions are rounded as in the
-//! file, so that loops may touch or cross by a rounding step. Ear clipping with exact signs of the rounded positions then takes
-//! the best ear that is left, so that every piece of outline borders exactly one triangle in any case; the diagonals are
-//! turned where that makes the worse triangle better.
+//! file, so that loops may touch or cross by a rounding step. Ear clipping with exact signs of the rounded positions, at first with
+//! a margin for what rounding moves, then takes the best ear that is left, so that every piece of outline borders exactly one
+//! triangle in any case; the diagonals are turned where that makes the worse triangle better.
 
 use std::collections::HashSet;
 
 use glam::DVec2;
 use robust::{Coord, orient2d};
+
+use crate::cancel::checkpoint;
 
 /// Marks the absence of a neighbour.
 const NONE: u32 = u32::MAX;
@@ -20,12 +22,13 @@ const MANY: usize = 64;
 const TURNS: usize = 16;
 
 /// Appends the triangles of a region to the left of its outline, whose pieces are given by their ends. They turn as the
-/// outline does. Positions are rounded to a share `epsilon` of them. Returns false if the outline is not closed.
+/// outline does. Positions are rounded to a share `epsilon` of them, and may be off by an error before. Returns false if the outline
+/// is not closed.
 #[must_use]
 pub(super) fn triangulate(
     outline: &mut [[u32; 2]],
     at: impl Fn(u32) -> DVec2,
-    epsilon: f64,
+    (epsilon, error): (f64, f64),
     triangles: &mut Vec<[u32; 3]>,
 ) -> bool {
     if let &mut [[a, b], [c, d], [e, f]] = outline {
@@ -50,7 +53,8 @@ pub(super) fn triangulate(
     let points: Vec<DVec2> = vertices.iter().map(|&vertex| at(vertex)).collect();
     let local = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
     let pieces: Vec<[u32; 2]> = outline.iter().map(|piece| piece.map(local)).collect();
-    let rounding = epsilon * points.iter().fold(0.0, |most: f64, point| most.max(point.abs().max_element()));
+    let greatest = points.iter().fold(0.0, |most: f64, point| most.max(point.abs().max_element()));
+    let rounding = error.max(epsilon * greatest);
     let mut region = Region { points: &points, rounding, nodes: Vec::new(), buckets: None, found: Vec::new() };
     let loops = loops(&pieces, &points);
     for polygon in region.polygons(&loops) {
@@ -373,7 +377,7 @@ impl Region<'_> {
         // What has no width comes first: an ear across it would cover what lies beyond.
         let mut misses = 0;
         while count > 3 && misses < count {
-            if self.is_folded(node) {
+            if self.is_folded(node, 0.0) {
                 let before = self.previous(node);
                 self.cut(node);
                 (node, count, misses) = (before, count - 1, 0);
@@ -384,6 +388,9 @@ impl Region<'_> {
         let nodes: Vec<(u32, DVec2)> = self.around(node).map(|node| (node, self.point(node))).collect();
         self.buckets = (nodes.len() >= MANY).then(|| Buckets::of(&nodes)).flatten();
         misses = 0;
+        // Corners that rounding may have moved out of an ear are taken to lie in it, except for this number of ears, as all others
+        // have such corners.
+        let mut without_margin = 0usize;
         while count > 3 {
             let (previous, next) = (self.previous(node), self.next(node));
             if self.nodes[previous as usize].vertex == self.nodes[next as usize].vertex {
@@ -396,21 +403,26 @@ impl Region<'_> {
                 (node, count, misses) = (after, count - 2, 0);
                 continue;
             }
-            // Corners that rounding may have moved out of an ear are taken to lie in it while there are other ears.
-            let margin = if misses < count { 2.0 * self.rounding } else { 0.0 };
-            if self.is_folded(node) || self.is_ear(node, count, margin) {
+            let margin = if without_margin == 0 { 2.0 * self.rounding } else { 0.0 };
+            if self.is_folded(node, margin) || self.is_ear(node, count, margin) {
                 node = self.cut(node);
-                (count, misses) = (count - 1, 0);
+                (count, misses, without_margin) = (count - 1, 0, without_margin.saturating_sub(1));
                 continue;
             }
             node = self.next(node);
             misses += 1;
-            if misses == 2 * count {
+            if misses == count {
+                checkpoint();
+                misses = 0;
+                if without_margin == 0 {
+                    without_margin = 1 + count / 8;
+                    continue;
+                }
                 // Rounding has folded what is left.
                 let quality = |node: &u32| quality(self.corner(*node));
                 let best = self.around(node).max_by(|a, b| quality(a).total_cmp(&quality(b))).unwrap_or(node);
                 node = self.cut(best);
-                (count, misses) = (count - 1, 0);
+                count -= 1;
             }
         }
         if count == 3 {
@@ -418,11 +430,12 @@ impl Region<'_> {
         }
     }
 
-    /// Returns whether the outline turns straight back at a node, or has a side without length there.
-    fn is_folded(&self, node: u32) -> bool {
+    /// Returns whether the outline turns straight back at a node, within a margin, or has a side without length there.
+    fn is_folded(&self, node: u32, margin: f64) -> bool {
         let [before, at, after] = self.corner(node);
-        let is_back =
-            before == at || at == after || (turn([before, at, after]) == 0.0 && (before - at).dot(after - at) > 0.0);
+        let (back, ahead) = (before - at, after - at);
+        let is_straight = || turn([before, at, after]).abs() <= margin * back.length().max(ahead.length());
+        let is_back = before == at || at == after || (back.dot(ahead) > 0.0 && is_straight());
         let [previous, next] = [self.previous(node), self.next(node)].map(|node| self.nodes[node as usize].vertex);
         is_back && previous != next
     }
@@ -611,10 +624,30 @@ mod tests {
         assert!(turn([points[0], points[1], points[4]]) < 0.0);
         let mut outline = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]];
         let mut found = Vec::new();
-        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], f64::EPSILON, &mut found));
+        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (f64::EPSILON, 0.0), &mut found));
         let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
         assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
         assert!((areas.iter().sum::<f64>() - (2.0 - 1.0 / 126.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_hole_that_touches_two_sides_but_for_rounding_folds_nothing() {
+        let points = [
+            [0.0, 4.0],
+            [2.0, 2.0],
+            [1.0, 0.0],
+            [5.0 / 7.0, 20.0 / 7.0],
+            [4.0 / 3.0, 8.0 / 3.0],
+            [1.0 / 3.0, 8.0 / 3.0],
+        ];
+        let mut points = points.map(DVec2::from_array);
+        (points[4].y, points[5].x) = (points[4].y + 4e-16, points[5].x - 5e-17);
+        let mut outline = [[0, 2], [1, 0], [2, 1], [3, 4], [4, 5], [5, 3]];
+        let mut found = Vec::new();
+        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (f64::EPSILON, 0.0), &mut found));
+        let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
+        assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() - (3.0 - 2.0 / 21.0)).abs() < 1e-14);
     }
 
     #[test]
@@ -626,7 +659,7 @@ mod tests {
             };
             let mut outline: Vec<[u32; 2]> = loops.iter().flat_map(sides).collect();
             let mut found = Vec::new();
-            assert!(triangulate(&mut outline, |vertex| points[vertex as usize], 1e-16, &mut found));
+            assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (1e-16, 0.0), &mut found));
             assert_eq!(found.len(), points.len() + 2 * (loops.len() - 1) - 2);
             let areas: Vec<f64> =
                 found.iter().map(|triangle| turn(triangle.map(|vertex| points[vertex as usize])) / 2.0).collect();

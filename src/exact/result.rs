@@ -55,7 +55,7 @@ pub(super) struct Surface {
 pub(super) fn surface(
     pieces: &Pieces,
     place: impl Fn(u32) -> DVec3 + Sync + Send,
-    precision: Precision,
+    (precision, error): (Precision, f64),
 ) -> Option<Surface> {
     let bounds = bounds(pieces);
     let faces = pieces.bodies.faces.len() as u32;
@@ -68,6 +68,7 @@ pub(super) fn surface(
                 pieces,
                 place: &place,
                 epsilon: precision.epsilon(),
+                error,
                 windings: Vec::new(),
                 outline: Vec::new(),
             };
@@ -131,6 +132,7 @@ struct Cutter<'a, P> {
     pieces: &'a Pieces<'a>,
     place: &'a P,
     epsilon: f64,
+    error: f64,
     windings: Vec<i32>,
     outline: Vec<[u32; 2]>,
 }
@@ -153,7 +155,12 @@ impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
             self.add_sides(face, weight);
             let first = triangles.len();
             let project = Projection::of(self.pieces.bodies.corners(face));
-            if !triangulate(&mut self.outline, |vertex| project.flat((self.place)(vertex)), self.epsilon, triangles) {
+            if !triangulate(
+                &mut self.outline,
+                |vertex| project.flat((self.place)(vertex)),
+                (self.epsilon, self.error),
+                triangles,
+            ) {
                 return false;
             }
             triangles[first..].iter_mut().for_each(|triangle| *triangle = turned(*triangle, weight));

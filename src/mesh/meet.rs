@@ -58,6 +58,32 @@ fn certain_turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     if turn.abs() > BOUND * (left.abs() + right.abs()) { turn } else { 0.0 }
 }
 
+/// Returns, for each corner of `b`, the same corner of `a`, or 3: corners in the same place are one.
+#[inline]
+pub(crate) fn shared_corners(a: &[DVec3; 3], b: &[DVec3; 3]) -> [usize; 3] {
+    let mut shared = [3; 3];
+    for (place, corner) in shared.iter_mut().zip(b) {
+        for (i, own) in a.iter().enumerate() {
+            if own.x == corner.x && own == corner {
+                *place = i;
+            }
+        }
+    }
+    shared
+}
+
+/// Returns whether two triangles meet elsewhere than in corners and sides that they share, by their places. `axis` is the one along
+/// which the projection of `a` is largest.
+#[inline]
+pub(crate) fn meet_elsewhere(a: &[DVec3; 3], b: &[DVec3; 3], shared: [usize; 3], axis: usize) -> bool {
+    if are_parted(a, b, shared, axis) {
+        return false;
+    }
+    let numbers = [0, 1, 2].map(|j| if shared[j] < 3 { shared[j] as u32 } else { 3 + j as u32 });
+    let place_of = |number: u32| if number < 3 { a[number as usize] } else { b[number as usize - 3] };
+    meet([0, 1, 2], numbers, place_of)
+}
+
 /// Returns whether two triangles, by their vertices, meet elsewhere than in vertices and sides that they share.
 pub(crate) fn meet(one: [u32; 3], other: [u32; 3], place_of: impl Fn(u32) -> DVec3) -> bool {
     let at = |triangle: [u32; 3]| triangle.map(&place_of);

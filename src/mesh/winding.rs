@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::parallel::*;
 use glam::DVec3;
 
-use super::meet::{are_parted, meet, widest_axis};
+use super::meet::{meet_elsewhere, shared_corners, widest_axis};
 use super::{ClosedMesh, check};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
@@ -219,22 +219,11 @@ impl<C: Fn(u32) -> [DVec3; 3] + Sync> Surface<'_, C> {
     /// Returns the pair if it meets; marks the side that they share.
     fn look_at(&self, one: &Facet, other: &Facet) -> Option<[u32; 2]> {
         let (a, b) = (&one.corners, &other.corners);
-        // Corners in the same place are one, whatever their indices.
-        let mut shared = [3; 3];
-        for (place, corner) in shared.iter_mut().zip(b) {
-            for (i, own) in a.iter().enumerate() {
-                if own.x == corner.x && own == corner {
-                    *place = i;
-                }
-            }
-        }
-        if !are_parted(a, b, shared, one.axis) {
-            let numbers = [0, 1, 2].map(|j| if shared[j] < 3 { shared[j] as u32 } else { 3 + j as u32 });
-            let place_of = |number: u32| if number < 3 { a[number as usize] } else { b[number as usize - 3] };
-            if meet([0, 1, 2], numbers, place_of) {
-                let [a, b] = [one, other].map(|facet| self.number(facet.place));
-                return Some([a.min(b), a.max(b)]);
-            }
+        // Whatever their indices.
+        let shared = shared_corners(a, b);
+        if meet_elsewhere(a, b, shared, one.axis) {
+            let [a, b] = [one, other].map(|facet| self.number(facet.place));
+            return Some([a.min(b), a.max(b)]);
         }
         for j in 0..3 {
             let (from, to) = (shared[j], shared[(j + 1) % 3]);

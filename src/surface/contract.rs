@@ -33,19 +33,26 @@ impl<'m> Contraction<'m> {
     /// Returns the triangles at a vertex, in order.
     pub fn star(&self, vertex: u32) -> Vec<u32> {
         let is_left = |triangle: &u32| !self.is_removed[*triangle as usize];
-        let mut star: Vec<u32> = match self.places[vertex as usize] {
+        match self.places[vertex as usize] {
             AS_GIVEN => {
-                self.given.corners_at(vertex as usize).iter().map(|corner| corner / 3).filter(is_left).collect()
+                let given = self.given.corners_at(vertex as usize).iter().map(|corner| corner / 3);
+                let mut star: Vec<u32> = given.filter(is_left).collect();
+                star.sort_unstable();
+                star
             }
             place => self.changed[place as usize].iter().copied().filter(is_left).collect(),
-        };
-        star.sort_unstable();
-        star
+        }
     }
 
-    fn set_star(&mut self, vertex: u32, star: Vec<u32>) {
-        self.places[vertex as usize] = self.changed.len() as u32;
-        self.changed.push(star);
+    fn set_star(&mut self, vertex: u32, mut star: Vec<u32>) {
+        star.sort_unstable();
+        match &mut self.places[vertex as usize] {
+            place @ &mut AS_GIVEN => {
+                *place = self.changed.len() as u32;
+                self.changed.push(star);
+            }
+            place => self.changed[*place as usize] = star,
+        }
     }
 
     /// Returns the other vertices of some triangles around a vertex, sorted.
@@ -70,9 +77,9 @@ impl<'m> Contraction<'m> {
         let (kept_ring, gone_ring) = (self.ring(kept, &kept_star), self.ring(gone, &gone_star));
         let common = gone_ring.iter().filter(|vertex| kept_ring.binary_search(vertex).is_ok()).count();
         let beside = at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
-        let mut beside = beside.filter(|&corner| corner != kept && corner != gone);
+        let third: Vec<u32> = beside.filter(|&corner| corner != kept && corner != gone).collect();
         // Two triangles with the same corners have one beside the edge.
-        if common != 2 || beside.next() == beside.next() {
+        if common != 2 || third[0] == third[1] {
             return false;
         }
         if kept_star.len() + gone_star.len() == 6 {

@@ -16,14 +16,15 @@ use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::closest::squared_distance;
 use crate::face_tree::FaceTree;
-use crate::mesh::meet::meet;
+use crate::mesh::meet::{meet_elsewhere, shared_corners, widest_axis};
 use crate::mesh::{Aabb, Precision, TriangleMesh};
 use crate::parallel::*;
 
 /// Most rounds; each may bring further parts of the surface near one another.
 const ROUNDS: usize = 32;
 
-/// The distances that are tried: where many sides pass each other, they may bend one another on and on, but not within a greater one.
+/// The distances that are tried, until what is joined does not cross itself: where many sides pass each other, they may bend one another
+/// on and on, but not within a greater one.
 const FACTORS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 
 /// Most times that the same is joined: what was joined may be parted again where other parts of the surface are.
@@ -55,8 +56,8 @@ enum Meeting {
 /// each other. Edges must have as many uses in one direction as in the other, and do so after. Vertices come from cuts from the
 /// number `first_of_cuts` on, which is returned as it is after. Parts near one another are looked for from `suspects`, and from
 /// triangles of cuts that are thinner than the distance. `sources` follow the triangles. Of several vertices the lowest keeps its
-/// position; new ones are rounded to a precision. Where that does not come to an end, greater distances are tried, and if none does,
-/// all stays as it is.
+/// position; new ones are rounded to a precision. Where that does not come to an end, or leaves what is near as it is and crossing, greater
+/// distances are tried; if it comes to no end with any, all stays as it is.
 pub(crate) fn snap<S: Copy + Send + Sync>(
     mesh: &mut TriangleMesh,
     sources: &mut Vec<S>,
@@ -77,18 +78,17 @@ pub(crate) fn snap<S: Copy + Send + Sync>(
     if !pieces.par_iter().with_min_len(1 << 12).any(|piece| piece.is_new) {
         return first_of_cuts;
     }
-    let mut best: Option<(usize, Joined)> = None;
+    let mut first = None;
+    let mut found = None;
     for factor in FACTORS {
         let Some(joined) = in_rounds(pieces.clone(), &mesh.positions, factor * distance, precision) else { continue };
-        let crossings = if joined.is_settled { 0 } else { joined.crossings() };
-        if best.as_ref().is_none_or(|(least, _)| crossings < *least) {
-            best = Some((crossings, joined));
-        }
-        if crossings == 0 {
+        if joined.is_settled || !joined.has_crossings(&mesh.triangles) {
+            found = Some(joined);
             break;
         }
+        first = first.or(Some(joined));
     }
-    let Some((_, Joined { pieces, positions, .. })) = best else { return first_of_cuts };
+    let Some(Joined { pieces, positions, .. }) = found.or(first) else { return first_of_cuts };
     *sources = pieces.iter().map(|piece| sources[piece.whole as usize]).collect();
     let triangles = pieces.into_iter().map(|piece| piece.corners).collect();
     let (compact, used) = TriangleMesh { positions, triangles: Vec::new() }.of_triangles(triangles);
@@ -119,22 +119,37 @@ impl Piece {
 struct Joined {
     pieces: Vec<Piece>,
     positions: Vec<DVec3>,
-    /// True if nothing that was near one another had to be left so.
+    /// True if nothing that was near one another had to be left so, at any time.
     is_settled: bool,
 }
 
 impl Joined {
-    /// Returns the number of pairs of pieces that meet elsewhere than in common vertices and sides.
-    fn crossings(&self) -> usize {
-        let extent =
-            |piece: u32| Box32::around(self.pieces[piece as usize].corners.map(|v| self.positions[v as usize]));
-        let pieces =
-            || (0..self.pieces.len() as u32).into_par_iter().with_min_len(1 << 10).map(|piece| (piece, extent(piece)));
+    /// Returns whether pieces that are not as given meet others elsewhere than in corners and sides that they share, by their places.
+    fn has_crossings(&self, given: &[[u32; 3]]) -> bool {
+        if self.pieces.is_empty() {
+            return false;
+        }
+        let at = |vertex: u32| self.positions[vertex as usize];
+        let corners = |piece: u32| self.pieces[piece as usize].corners;
+        let extent = |piece: u32| Box32::around(corners(piece).map(at));
+        let pieces = || {
+            let numbers = (0..self.pieces.len() as u32).into_par_iter().with_min_len(1 << 10);
+            numbers.map(|piece| (piece, extent(piece)))
+        };
         let bounds = pieces().map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
         let tree = FaceTree::new(&bounds, pieces(), extent);
-        let corners = |place: usize| self.pieces[tree.faces()[place] as usize].corners;
-        let look = |one: &[u32; 3], other: &[u32; 3]| meet(*one, *other, |v| self.positions[v as usize]).then_some(());
-        tree.own_pairs(|_| true, corners, look).len()
+        let is_changed = |place: usize| {
+            let piece = &self.pieces[tree.faces()[place] as usize];
+            piece.corners != given[piece.whole as usize]
+        };
+        let prepare = |place: usize| corners(tree.faces()[place]).map(at);
+        let has_area = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a) != DVec3::ZERO;
+        let look = |one: &[DVec3; 3], other: &[DVec3; 3]| {
+            let shared = shared_corners(one, other);
+            let do_meet = has_area(one) && has_area(other) && meet_elsewhere(one, other, shared, widest_axis(*one));
+            do_meet.then_some(())
+        };
+        tree.first_of_own_pairs(is_changed, prepare, look).is_some()
     }
 }
 
