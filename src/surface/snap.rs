@@ -352,12 +352,13 @@ fn is_beside(point: DVec3, [from, to]: [DVec3; 2], distance: f64) -> bool {
     (0.0..=1.0).contains(&share) && (from + share * along).distance_squared(point) <= distance * distance
 }
 
-/// Returns the shares of two segments at which they are closest, unless they are parallel.
+/// Returns the shares of two segments at which they are closest, unless they are parallel. Of nearly parallel ones the first is as
+/// precise as their distance from each other, and the second is where the other segment is closest to that point.
 fn closest_shares([p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (u, v, w) = (q - p, s - r, r - p);
-    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
-    let square = u.cross(v).length_squared();
-    (square > 0.0).then(|| [(w.dot(u) * vv - w.dot(v) * uv) / square, (w.dot(u) * uv - w.dot(v) * uu) / square])
+    let aside = u - u.dot(v) / v.length_squared() * v;
+    let share = w.dot(aside) / aside.length_squared();
+    share.is_finite().then(|| [share, (share * u - w).dot(v) / v.length_squared()])
 }
 
 /// Returns whether two segments pass each other within a distance, and no end is as near to the other segment.
@@ -789,6 +790,21 @@ mod tests {
             let expected = whole.area() + cavity.area() - 2.0 * size * size;
             assert!((open.area() - expected).abs() < 1e-9, "{turn}: {} {expected}", open.area());
         }
+    }
+
+    #[test]
+    fn nearly_parallel_segments_pass_where_they_cross() {
+        let one = [DVec3::new(0.3, 0.1, 0.7), DVec3::new(1.3, 0.1 + 1e-6, 0.7)];
+        for share in [0.25, 0.5, 0.9] {
+            let at = one[0].lerp(one[1], share);
+            let along = DVec3::new(0.7, -1e-6, 0.0);
+            let other = [at - share * along, at + (1.0 - share) * along];
+            let [s, t] = closest_shares(one, other).unwrap();
+            assert!((s - share).abs() < 1e-8 && (t - share).abs() < 1e-8, "{s} {t} {share}");
+            assert!(do_pass(one, other, DISTANCE));
+            assert!(!do_pass(one, other.map(|end| end + 1e-11 * DVec3::Z), DISTANCE));
+        }
+        assert_eq!(closest_shares([DVec3::ZERO, DVec3::X], [DVec3::Y, DVec3::Y + 2.0 * DVec3::X]), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Chains of operations, each on the rounded result of the one before: tools that share faces leave no walls, and what lies on one
 //! another within rounding does not grow.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3, EulerRot};
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::exact::Solution;
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, convex_hull};
@@ -94,4 +94,42 @@ fn cubes_that_are_joined_and_taken_away_leave_nothing_between_them() {
     }
     let last = odd[odd.len() - 1];
     assert_eq!((whole.bounds(), whole.mesh().triangles.len()), (last.bounds(), 12));
+}
+
+#[test]
+fn turned_cubes_that_touch_but_for_rounding_leave_one_of_them() {
+    for (turns, precision) in
+        [([1.7528, 2.7126, 2.0459], Precision::Single), ([2.4018, 1.2314, 0.4523], Precision::Double)]
+    {
+        let rotation = DQuat::from_euler(EulerRot::XYZ, turns[0], turns[1], turns[2]);
+        let cube = |i: u32| {
+            let low = DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9));
+            let mut mesh = cuboid(low, low + 1.0).unwrap();
+            mesh.positions.iter_mut().for_each(|p| *p = precision.round(rotation * *p));
+            closed(mesh)
+        };
+        // Each cube once, in an order in which many touch in edges alone.
+        let order = |i: u32| 10 * i % 27;
+        let joined = (1..27).map(|i| (BooleanOperation::Union, order(i)));
+        let taken = (0..26).map(|i| (BooleanOperation::Difference, order(26 - i)));
+        let (mut whole, mut volume) = (cube(order(0)), 1.0);
+        for (step, (operation, i)) in joined.chain(taken).enumerate() {
+            whole = closed(result(operation, [&whole, &cube(i)], precision));
+            volume += if operation == BooleanOperation::Union { 1.0 } else { -1.0 };
+            let (found, triangles) = (whole.mass_properties().volume, whole.mesh().triangles.len());
+            let rounding = if precision == Precision::Single { 1e-5 } else { 1e-10 };
+            assert!((found - volume).abs() < rounding, "{precision:?}, step {step}: {found} {volume}");
+            assert!(triangles <= 300, "{precision:?}, step {step}: {triangles} triangles");
+        }
+    }
+}
+
+#[test]
+fn a_tool_of_a_million_times_the_size_leaves_the_other_half() {
+    let cube = closed(cuboid(DVec3::ZERO, DVec3::ONE).unwrap());
+    let tool = closed(cuboid(DVec3::new(0.5, -1e6, -1e6), DVec3::splat(1e6)).unwrap());
+    for precision in [Precision::Single, Precision::Double] {
+        let left = result(BooleanOperation::Difference, [&cube, &tool], precision);
+        assert_eq!((left.signed_volume(), left.area(), left.triangles.len()), (0.5, 4.0, 12), "{precision:?}");
+    }
 }
