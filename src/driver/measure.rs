@@ -310,10 +310,12 @@ fn exact_mesh(request: MeshRequest, solution: &Solution, mass: &MassProperties, 
     let MeshRequest { precision, recentre, .. } = request;
     let recentred = recentre.then(|| surface::middle(raster::common_box(solids)));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    let mesh = match mass.volume > mass.volume_rounding {
-        true => solution.mesh(coordinates),
-        false => ExactMesh::default(),
-    };
+    let found = solution.mesh(coordinates);
+    let is_walls =
+        || found.mesh.signed_volume() <= solution.thickness_of_rounding(&found.mesh, precision) * found.mesh.area();
+    // Beside a far larger solid, the bound of the rounding says nothing.
+    let is_empty = mass.volume <= mass.volume_rounding && is_walls();
+    let mesh = if is_empty { ExactMesh::default() } else { found };
     surface::Exact { mesh, precision, recentred }
 }
 

@@ -209,7 +209,7 @@ impl<'a> Solution<'a> {
 
     /// Returns the thickness below which walls and gaps of a result are left by rounding alone: some steps of the lattice, or of the
     /// numbers in a file.
-    fn thickness_of_rounding(&self, result: &TriangleMesh, precision: Precision) -> f64 {
+    pub(crate) fn thickness_of_rounding(&self, result: &TriangleMesh, precision: Precision) -> f64 {
         let farthest = result.bounds().map_or(0.0, |bounds| bounds.min.abs().max(bounds.max.abs()).max_element());
         (LATTICE_STEPS * self.arrangement.step()).max(FILE_STEPS * precision.epsilon() * farthest)
     }

@@ -24,8 +24,8 @@ use crate::parallel::*;
 const ROUNDS: usize = 32;
 
 /// The distances that are tried, until what is joined does not cross itself: where many sides pass each other, they may bend one another
-/// on and on, but not within a greater one.
-const FACTORS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// on and on within one, but not within a smaller or a greater one.
+const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.125, 8.0];
 
 /// Most times that the same is joined: what was joined may be parted again where other parts of the surface are.
 const MOST_TIMES: usize = 3;
@@ -56,7 +56,7 @@ enum Meeting {
 /// each other. Edges must have as many uses in one direction as in the other, and do so after. Vertices come from cuts from the
 /// number `first_of_cuts` on, which is returned as it is after. Parts near one another are looked for from `suspects`, and from
 /// triangles of cuts that are thinner than the distance. `sources` follow the triangles. Of several vertices the lowest keeps its
-/// position; new ones are rounded to a precision. Where that does not come to an end, or leaves what is near as it is and crossing, greater
+/// position; new ones are rounded to a precision. Where that does not come to an end, or leaves what is near as it is and crossing, other
 /// distances are tried; if it comes to no end with any, all stays as it is.
 pub(crate) fn snap<S: Copy + Send + Sync>(
     mesh: &mut TriangleMesh,

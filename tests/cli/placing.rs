@@ -51,6 +51,23 @@ fn either_solid_can_be_placed() {
 }
 
 #[test]
+fn beside_a_tool_of_a_million_times_its_size_half_of_a_solid_is_left() {
+    let folder = Folder::new();
+    folder.stl("block.stl", &cuboid([0.0; 3], [100.0, 60.0, 30.0]));
+    folder.stl("tool.stl", &cube(-5.0, 10.0));
+    let placement = "scale(1e6) translate(5000050,30,15)";
+    for out in ["half.stl", "half.obj"] {
+        let all = ["difference", "block.stl", "tool.stl", "--unit", "mm", "--transform-b", placement, "-o", out];
+        assert_near(folder.volume(&all), 90_000.0, 0.1);
+        assert_near(folder.json(&["check", out])["results"][0]["volume"].as_f64().unwrap(), 90_000.0, 0.1);
+    }
+    // What has no volume has no mesh, either.
+    let none =
+        ["difference", "block.stl", "block.stl", "--transform-b", "scale(1.5) translate(-1,-1,-1)", "-o", "none.stl"];
+    folder.run(&none).code(1).warns(&["the result is empty"]);
+}
+
+#[test]
 fn errors_mark_the_fault_in_a_placement() {
     let folder = with_box();
     let run = folder.run(&["volume", "a.stl", "--transform-a", "translate(1,0,0) rotate(0,0,z,30)"]);

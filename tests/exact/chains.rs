@@ -1,12 +1,12 @@
 //! Chains of operations, each on the rounded result of the one before: tools that share faces leave no walls, and what lies on one
 //! another within rounding does not grow.
 
-use glam::{DQuat, DVec2, DVec3, EulerRot};
+use glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use ldi_ops::boolean::{BooleanOperation, Expression};
 use ldi_ops::exact::Solution;
 use ldi_ops::mesh::{ClosedMesh, Precision, TriangleMesh, convex_hull};
 use ldi_ops::sampler::FillRule;
-use ldi_ops::solids::cuboid;
+use ldi_ops::solids::{cuboid, cylinder, ell};
 use ldi_ops::surface::Coordinates;
 use ldi_ops::surface::manifold::ManifoldReport;
 
@@ -94,6 +94,39 @@ fn cubes_that_are_joined_and_taken_away_leave_nothing_between_them() {
     }
     let last = odd[odd.len() - 1];
     assert_eq!((whole.bounds(), whole.mesh().triangles.len()), (last.bounds(), 12));
+}
+
+#[test]
+fn drills_that_touch_the_walls_of_pockets_leave_no_folds() {
+    let drill = cylinder(4.0, 40.0, 64).unwrap();
+    let pocket = ell(DVec3::splat(12.0), [5.0, 5.0]).unwrap();
+    let counterbore = DAffine3::from_scale(DVec3::new(1.3, 1.3, 0.25));
+    let turned = |degrees: f64| DAffine3::from_rotation_x(f64::to_radians(degrees));
+    let tools = [
+        (&drill, DAffine3::IDENTITY, DVec3::new(30.0, 40.0, 15.0)),
+        (&drill, DAffine3::IDENTITY, DVec3::new(41.0, 40.0, 15.0)),
+        (&drill, DAffine3::IDENTITY, DVec3::new(52.0, 40.0, 15.0)),
+        (&drill, counterbore, DVec3::new(52.0, 40.0, 25.0)),
+        (&pocket, turned(270.0), DVec3::new(36.0, 50.0, 0.0)),
+        (&pocket, turned(0.0), DVec3::new(48.0, 50.0, 0.0)),
+        (&pocket, turned(90.0), DVec3::new(60.0, 50.0, 0.0)),
+        (&pocket, turned(180.0), DVec3::new(72.0, 50.0, 0.0)),
+    ];
+    let precision = Precision::Single;
+    let mut left = closed(cuboid(DVec3::ZERO, DVec3::new(100.0, 60.0, 30.0)).unwrap());
+    for (step, (tool, placement, at)) in tools.into_iter().enumerate() {
+        let mut tool = tool.clone();
+        tool.positions.iter_mut().for_each(|p| *p = precision.round(placement.transform_point3(*p) + at));
+        let tool = closed(tool);
+        let solution =
+            Solution::of(&[&left, &tool], &Expression::of_inputs(BooleanOperation::Difference, 2), FillRule::NonZero);
+        let expected = solution.unwrap().properties();
+        assert!(expected.with_meeting_shells.is_empty(), "crosses itself before step {step}");
+        left = closed(result(BooleanOperation::Difference, [&left, &tool], precision));
+        let volume = left.mass_properties().volume;
+        assert!((volume - expected.mass.volume).abs() < 1e-2, "step {step}: {volume}, not {}", expected.mass.volume);
+    }
+    assert!(left.mesh().triangles.len() <= 2000, "{}", left.mesh().triangles.len());
 }
 
 #[test]
