@@ -356,8 +356,9 @@ fn is_beside(point: DVec3, [from, to]: [DVec3; 2], distance: f64) -> bool {
 /// precise as their distance from each other, and the second is where the other segment is closest to that point.
 fn closest_shares([p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (u, v, w) = (q - p, s - r, r - p);
-    let aside = u - u.dot(v) / v.length_squared() * v;
-    let share = w.dot(aside) / aside.length_squared();
+    let across = |vector: DVec3| vector - vector.dot(v) / v.length_squared() * v;
+    let aside = across(u);
+    let share = across(w).dot(aside) / aside.length_squared();
     share.is_finite().then(|| [share, (share * u - w).dot(v) / v.length_squared()])
 }
 
