@@ -23,8 +23,9 @@ use crate::mesh::meet::{are_parted, widest_axis};
 use crate::mesh::{self, Aabb, ClosedMesh, Unproved};
 use crate::surface::Coordinates;
 
-/// The greatest error of a crossing's position, in lattice steps: 2^-46 of an edge, which is no longer than 2^41 steps.
-const ERROR: f64 = 1.0 / 32.0;
+/// How far a crossing may be from faces as given, in lattice steps: half a step along each axis, as points are rounded to the lattice,
+/// and 2^-46 of an edge, which is no longer than 2^41 steps.
+const ERROR: f64 = 0.9;
 
 /// The surfaces of all solids.
 pub(super) struct Arrangement {

@@ -54,7 +54,7 @@ pub(super) fn triangulate(
     let local = |vertex: u32| vertices.partition_point(|&other| other < vertex) as u32;
     let pieces: Vec<[u32; 2]> = outline.iter().map(|piece| piece.map(local)).collect();
     let greatest = points.iter().fold(0.0, |most: f64, point| most.max(point.abs().max_element()));
-    let rounding = error.max(epsilon * greatest);
+    let rounding = error + epsilon * greatest;
     let mut region = Region { points: &points, rounding, nodes: Vec::new(), buckets: None, found: Vec::new() };
     let loops = loops(&pieces, &points);
     for polygon in region.polygons(&loops) {
@@ -434,7 +434,12 @@ impl Region<'_> {
     fn is_folded(&self, node: u32, margin: f64) -> bool {
         let [before, at, after] = self.corner(node);
         let (back, ahead) = (before - at, after - at);
-        let is_straight = || turn([before, at, after]).abs() <= margin * back.length().max(ahead.length());
+        let is_straight = || {
+            let (shorter, longer) = (back.length().min(ahead.length()), back.length().max(ahead.length()));
+            // Of sides as short as the margin, all corners are straight within it.
+            let margin = if shorter > 4.0 * margin { margin } else { 0.0 };
+            turn([before, at, after]).abs() <= margin * longer
+        };
         let is_back = before == at || at == after || (back.dot(ahead) > 0.0 && is_straight());
         let [previous, next] = [self.previous(node), self.next(node)].map(|node| self.nodes[node as usize].vertex);
         is_back && previous != next

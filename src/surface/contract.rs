@@ -78,8 +78,9 @@ impl<'m> Contraction<'m> {
         let common = gone_ring.iter().filter(|vertex| kept_ring.binary_search(vertex).is_ok()).count();
         let beside = at_edge.iter().flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
         let third: Vec<u32> = beside.filter(|&corner| corner != kept && corner != gone).collect();
+        let [one, other] = third[..] else { return false };
         // Two triangles with the same corners have one beside the edge.
-        if common != 2 || third[0] == third[1] {
+        if common != 2 || one == other {
             return false;
         }
         if kept_star.len() + gone_star.len() == 6 {

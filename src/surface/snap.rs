@@ -23,8 +23,8 @@ use crate::parallel::*;
 /// Most rounds; each may bring further parts of the surface near one another.
 const ROUNDS: usize = 32;
 
-/// The distances that are tried, until what is joined does not cross itself: where many sides pass each other, they may bend one another
-/// on and on within one, but not within a smaller or a greater one.
+/// The distances that are tried, until all that is near is joined, or what is left does not cross itself: where many sides pass each
+/// other, they may bend one another on and on within one, but not within a smaller or a greater one.
 const FACTORS: [f64; 7] = [1.0, 0.5, 2.0, 0.25, 4.0, 0.125, 8.0];
 
 /// Most times that the same is joined: what was joined may be parted again where other parts of the surface are.
@@ -146,8 +146,9 @@ impl Joined {
         let has_area = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a) != DVec3::ZERO;
         let look = |one: &[DVec3; 3], other: &[DVec3; 3]| {
             let shared = shared_corners(one, other);
-            let do_meet = has_area(one) && has_area(other) && meet_elsewhere(one, other, shared, widest_axis(*one));
-            do_meet.then_some(())
+            // Walls between the same corners do not cross.
+            let may_meet = shared.contains(&3) && has_area(one) && has_area(other);
+            (may_meet && meet_elsewhere(one, other, shared, widest_axis(*one))).then_some(())
         };
         tree.first_of_own_pairs(is_changed, prepare, look).is_some()
     }
@@ -353,7 +354,8 @@ fn is_beside(point: DVec3, [from, to]: [DVec3; 2], distance: f64) -> bool {
 }
 
 /// Returns the shares of two segments at which they are closest, unless they are parallel. Of nearly parallel ones the first is as
-/// precise as their distance from each other, and the second is where the other segment is closest to that point.
+/// precise as their distance from each other, and the second is where the other is closest to that point; of parallel ones the first
+/// may be any by rounding.
 fn closest_shares([p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (u, v, w) = (q - p, s - r, r - p);
     let across = |vector: DVec3| vector - vector.dot(v) / v.length_squared() * v;
