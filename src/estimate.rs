@@ -8,6 +8,9 @@ use crate::mesh::LengthUnit;
 use crate::number::{number, outwards, plain};
 use crate::unit;
 
+/// Rounding of an exact value, as a share of it, that the digits of [`number`] show.
+const NOTICED: f64 = 1e-7;
+
 /// A value, its error and its unit. `Display` prints only the digits that the error makes significant: `317.118 ± 0.094 mm³`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -18,7 +21,7 @@ pub struct Estimate {
     pub error: f64,
     /// The method.
     pub method: Method,
-    /// The least and the greatest value that the inputs, and certified bounds, allow.
+    /// The least and the greatest value that the inputs, and certified bounds, allow; of an exact value, that its rounding allows.
     pub possible: [f64; 2],
     /// Certified bounds: the value is proved to lie between them. `None` unless [`Settings::bounds`](crate::Settings::bounds)
     /// requests them.
@@ -60,13 +63,23 @@ impl fmt::Display for Estimate {
             return write!(f, "at least {least} and at most {greatest}{unit}: not resolved");
         }
         match self.method {
-            Method::Exact => write!(f, "{}{unit} (exact)", number(self.value)),
+            Method::Exact => write!(f, "{} (exact)", exact_text([self.value, self.error], self.unit, self.power)),
             Method::Estimate(_) => {
                 let (value, error) = with_error(self.value, self.error);
                 write!(f, "{value} ± {error}{unit}")
             }
         }
     }
+}
+
+/// Returns an exact value with its unit, and with the bound of its rounding where the digits show it.
+pub fn exact_text([value, rounding]: [f64; 2], unit: Option<LengthUnit>, power: u32) -> String {
+    let unit = unit::suffix(unit, power);
+    if rounding <= NOTICED * value {
+        return format!("{}{unit}", number(value));
+    }
+    let (value, rounding) = with_error(value, rounding);
+    format!("{value} ± {rounding}{unit}")
 }
 
 /// Returns a value with the digits that its error makes significant, and the error with two digits.

@@ -146,7 +146,7 @@ pub use driver::job::Backend;
 pub use driver::measured::{Method, Seconds};
 pub use driver::surface::SurfaceReport;
 pub use error::{Error, ErrorKind, OpenMesh};
-pub use estimate::{Estimate, rounded_outwards, with_error};
+pub use estimate::{Estimate, exact_text, rounded_outwards, with_error};
 pub use grid::Axis;
 pub use mesh::LengthUnit as Unit;
 pub use progress::{Monitor, Progress};

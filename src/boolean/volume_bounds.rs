@@ -25,33 +25,50 @@ impl Expression {
             others.iter().fold(*first, |a, &b| of_two(operation, a, b))
         })
     }
+
+    /// Returns the least and the greatest corner of a box that contains the result, from those of boxes of the inputs; the least
+    /// corner is not below the greatest if the result is empty.
+    pub fn corners(&self, inputs: impl Fn(usize) -> [DVec3; 2]) -> [DVec3; 2] {
+        self.fold(inputs, |operation, operands| {
+            let (first, others) = operands.split_first().expect("an operation has operands");
+            others.iter().fold(*first, |a, &b| corners_of_two(operation, a, b))
+        })
+    }
 }
 
 fn box_volume([least, greatest]: [DVec3; 2]) -> f64 {
     (greatest - least).max(DVec3::ZERO).element_product()
 }
 
+fn corners_of_two(operation: BooleanOperation, a: [DVec3; 2], b: [DVec3; 2]) -> [DVec3; 2] {
+    match operation {
+        BooleanOperation::Intersection => [a[0].max(b[0]), a[1].min(b[1])],
+        BooleanOperation::Union | BooleanOperation::Xor => [a[0].min(b[0]), a[1].max(b[1])],
+        BooleanOperation::Difference => a,
+    }
+}
+
 fn of_two(operation: BooleanOperation, a: VolumeBounds, b: VolumeBounds) -> VolumeBounds {
-    let around = [a.corners[0].min(b.corners[0]), a.corners[1].max(b.corners[1])];
-    let common = [a.corners[0].max(b.corners[0]), a.corners[1].min(b.corners[1])];
-    let (space, shared) = (box_volume(around), box_volume(common));
+    let of_boxes = |operation| corners_of_two(operation, a.corners, b.corners);
+    let space = box_volume(of_boxes(BooleanOperation::Union));
+    let shared = box_volume(of_boxes(BooleanOperation::Intersection));
     let ([a_least, a_most], [b_least, b_most]) = (a.volume, b.volume);
     let in_both = [(a_least + b_least - space).max(0.0), a_most.min(b_most).min(shared)];
-    let (volume, corners) = match operation {
-        BooleanOperation::Intersection => (in_both, common),
+    let volume = match operation {
+        BooleanOperation::Intersection => in_both,
         BooleanOperation::Union => {
-            ([a_least.max(b_least).max(a_least + b_least - in_both[1]), (a_most + b_most).min(space)], around)
+            [a_least.max(b_least).max(a_least + b_least - in_both[1]), (a_most + b_most).min(space)]
         }
         BooleanOperation::Difference => {
-            ([(a_least - in_both[1]).max(a_least - b_most).max(0.0), a_most.min(space - b_least)], a.corners)
+            [(a_least - in_both[1]).max(a_least - b_most).max(0.0), a_most.min(space - b_least)]
         }
         // The volume in exactly one operand: both less twice the volume in both, and at most what both leave of the box.
         BooleanOperation::Xor => {
             let least = (a_least - b_most).max(b_least - a_most).max(a_least + b_least - 2.0 * in_both[1]).max(0.0);
-            ([least, (a_most + b_most).min(2.0 * space - a_least - b_least).min(space)], around)
+            [least, (a_most + b_most).min(2.0 * space - a_least - b_least).min(space)]
         }
     };
-    VolumeBounds { volume, corners }
+    VolumeBounds { volume, corners: of_boxes(operation) }
 }
 
 #[cfg(test)]

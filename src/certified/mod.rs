@@ -47,7 +47,7 @@ mod tests;
 
 use glam::DVec3;
 
-use crate::boolean::{self, Expression};
+use crate::boolean::Expression;
 use crate::mesh::{Aabb, ClosedMesh};
 use crate::sampler::FillRule;
 
@@ -122,11 +122,10 @@ pub fn certified_volume(
     if let Some(operand) = operands.iter().position(|operand| !operand.oriented()) {
         return Err(CertifiedError::NotOriented { operand });
     }
-    let bounds = |i: usize| {
+    let [min, max] = expression.corners(|i| {
         let Aabb { min, max } = operands[i].bounds();
-        boolean::VolumeBounds { volume: [0.0, f64::MAX], corners: [min, max] }
-    };
-    let [min, max] = expression.volume_bounds(bounds).corners;
+        [min, max]
+    });
     let longest = (max - min).max_element();
     if (max - min).min_element() <= 0.0 {
         return Ok(CertifiedVolume { lower: 0.0, upper: 0.0, finest: 0.0, cells: 0, reached: true });

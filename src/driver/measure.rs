@@ -324,7 +324,8 @@ fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, Soli
     let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
     let value = volume.max(0.0);
     let exact = Some([value, volume_rounding]);
-    let volume = Volume { value, error: volume_rounding, method: Method::Exact, exact, rays, possible: [value, value] };
+    let possible = [(value - volume_rounding).max(0.0), value + volume_rounding];
+    let volume = Volume { value, error: volume_rounding, method: Method::Exact, exact, rays, possible };
     (volume, SolidMeasures { area, centroid, inertia })
 }
 

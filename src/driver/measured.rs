@@ -99,7 +99,8 @@ pub struct Volume {
     pub exact: Option<[f64; 2]>,
     /// The estimate from the images alone, if there are any.
     pub rays: Option<VolumeEstimate>,
-    /// The least and the greatest volume that the inputs, and certified bounds if there are any, allow.
+    /// The least and the greatest volume that the inputs, and certified bounds if there are any, allow; of an exact value, that its
+    /// rounding allows.
     pub possible: [f64; 2],
 }
 
@@ -362,12 +363,11 @@ impl Measured {
             );
             return Some(Warning::new(NOT_RESOLVED, message));
         }
+        if self.volume.method == Method::Exact {
+            return self.rounded();
+        }
         let much = if value > 0.0 { format!("{:.0} % of it", 100.0 * error / value) } else { "all of it".to_owned() };
         let message = || {
-            if self.volume.method == Method::Exact {
-                let (most, unit) = (rounded_up(value + error), unit::suffix(self.unit, 3));
-                return format!("the sums of the exact volume may be rounded by {much}: it is at most {most}{unit}");
-            }
             let pitch = unit::rounded(self.grid.pitch(), self.unit);
             match self.unclosed {
                 0 => format!(
@@ -381,14 +381,35 @@ impl Measured {
             }
         };
         // A refinement has said what it came to.
-        if self.refinement.is_some() && self.volume.method != Method::Exact {
+        if self.refinement.is_some() {
             return None;
         }
-        // Equal solids differ by nothing but the rounding of their volumes.
-        let is_nothing = self.volume.method == Method::Exact && value <= error;
-        (error > IMPRECISE_ABOVE * value && !is_nothing).then(|| Warning::new(IMPRECISE, message()))
+        (error > IMPRECISE_ABOVE * value).then(|| Warning::new(IMPRECISE, message()))
+    }
+
+    /// Returns a warning if the rounding of an exact volume is a noticeable part of it, as beside an input that is far larger.
+    fn rounded(&self) -> Option<Warning> {
+        let Volume { value, error, .. } = self.volume;
+        // Solids that are equal, or touch, have nothing between them but rounding.
+        let least = self.solids.iter().map(|solid| solid.volume.abs()).fold(f64::INFINITY, f64::min);
+        if error <= ROUNDED_ABOVE * value || error <= NEGLIGIBLE * least {
+            return None;
+        }
+        let unit = unit::suffix(self.unit, 3);
+        let message = format!(
+            "the exact volume is rounded by at most {}{unit}, as the coordinates of all inputs are rounded to about 1e-12 of the \
+             longest side of the box around them; make the largest input smaller for more digits",
+            rounded_up(error),
+        );
+        Some(Warning::new(IMPRECISE, message))
     }
 }
+
+/// Rounding of an exact volume, as a share of it, above which there is a warning.
+const ROUNDED_ABOVE: f64 = 1e-5;
+
+/// Rounding of an exact volume, as a share of the smallest input, that is never worth a warning.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// Estimated error, as a share of the volume, above which there is a warning.
 const IMPRECISE_ABOVE: f64 = 0.1;

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::parallel::*;
 
-use super::bodies::{Bodies, Body, Lattice, Wholeness};
+use super::bodies::{Bodies, Body, Lattice, Region, Wholeness};
 use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
 use super::near::Near;
@@ -16,7 +16,7 @@ use super::stars::Stars;
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
-use super::{ExactProperties, NotExact, Rule, fronts, growth, result};
+use super::{ExactProperties, Growth, NotExact, Rule, fronts, growth, result};
 use crate::boolean::Expression;
 use crate::cancel::checkpoint;
 use crate::mesh::meet::{are_parted, widest_axis};
@@ -42,7 +42,7 @@ pub(super) struct Arrangement {
 }
 
 impl Arrangement {
-    /// Finds where the solids meet. With an expression they grow at the rates that suit it, so that its result has as few walls
+    /// Finds where the solids of an expression meet. If they grow, then at the rates that suit it, so that its result has as few walls
     /// without thickness as can be.
     ///
     /// # Errors
@@ -50,12 +50,13 @@ impl Arrangement {
     pub fn of(
         solids: &[&ClosedMesh],
         wholeness: &[Wholeness],
-        growing_for: Option<&Expression>,
+        expression: &Expression,
+        growth: Growth,
     ) -> Result<(Arrangement, Vec<Option<Near>>), NotExact> {
         let bounds = solids.iter().map(|mesh| mesh.bounds()).reduce(Aabb::union).expect("an expression has inputs");
         let lattice = Lattice::around(bounds);
-        let mut bodies = Bodies::with_room_for(solids);
-        let rates = growing_for.map(|expression| growth::rates(expression, solids.len()));
+        let mut bodies = Bodies::with_room_for(solids, Region::of(expression, solids, &lattice));
+        let rates = (growth == Growth::Growing).then(|| growth::rates(expression, solids.len()));
         for (input, (mesh, &wholeness)) in solids.iter().zip(wholeness).enumerate() {
             let rate = rates.as_ref().map(|rates| rates[input]);
             bodies.add(input, mesh, &lattice, wholeness, rate).map_err(|why| NotExact { input, why })?;
@@ -164,7 +165,7 @@ impl Arrangement {
     pub fn properties(&self, rule: &Rule) -> ExactProperties {
         let bodies = &self.bodies;
         let sums = Sums::of(&self.pieces(rule));
-        let mut mass = sums.mass_properties(&self.lattice, bodies.displaced);
+        let mut mass = sums.mass_properties(&self.lattice, bodies);
         let square = self.lattice.step * self.lattice.step;
         let mut area_error = 0.0;
         match &bodies.bodies[..] {

@@ -3,6 +3,7 @@
 //! A solid is taken to be one body. Where that cannot be proved (`fronts`), each of its shells is to be one; shells may overlap.
 //! Where that cannot be proved either, shells meet themselves, and their own winding numbers are counted as those of others.
 
+use std::f64::consts::FRAC_PI_4;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -13,6 +14,7 @@ use super::growth::Directions;
 use super::signs::{Plane, Vertex};
 use super::{NotExact, crossed};
 use crate::allocation::vec_with_room;
+use crate::boolean::Expression;
 use crate::box_tree::Box32;
 use crate::face_tree::FaceTree;
 use crate::mesh::measure::{Frame, Sum};
@@ -66,9 +68,65 @@ impl Lattice {
         (point + self.origin) * self.step
     }
 
-    /// Returns the frame of lattice points that are scaled by [`SCALE`].
-    pub fn frame(&self) -> Frame {
-        Frame::new(self.origin * SCALE, self.step / SCALE)
+    /// Returns the frame of a region's local coordinates.
+    pub fn frame(&self, region: &Region) -> Frame {
+        Frame::new((self.origin + region.centre) * region.scale, self.step / region.scale)
+    }
+}
+
+/// The box that the result lies in, in lattice coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Region {
+    min: DVec3,
+    max: DVec3,
+    /// A lattice point in the middle.
+    centre: DVec3,
+    /// A power of two that brings distances from the centre, along the axes, to at most 1.
+    scale: f64,
+}
+
+impl Default for Region {
+    /// Returns all of the lattice.
+    fn default() -> Region {
+        Region::within([DVec3::splat(-1.0 / SCALE), DVec3::splat(1.0 / SCALE)])
+    }
+}
+
+impl Region {
+    /// Returns the box in which the result of an expression over solids lies.
+    pub fn of(expression: &Expression, solids: &[&ClosedMesh], lattice: &Lattice) -> Region {
+        let corners = expression.corners(|input| {
+            let Aabb { min, max } = solids[input].bounds();
+            [min, max].map(|corner| lattice.round(corner).0)
+        });
+        // Points are rounded by half a step, and crossings by less than one.
+        Region::within([corners[0] - 2.0, corners[1] + 2.0])
+    }
+
+    fn within([min, max]: [DVec3; 2]) -> Region {
+        let centre = (0.5 * (min + max)).floor();
+        let longest = (max - centre).max_element().clamp(1.0, 1.0 / SCALE);
+        Region { min, max, centre, scale: 2f64.powi(-(longest.log2().ceil() as i32)) }
+    }
+
+    /// Returns the coordinates relative to the centre, in the unit of the region, of a lattice point.
+    #[inline]
+    pub fn local(&self, point: DVec3) -> DVec3 {
+        (point - self.centre) * self.scale
+    }
+
+    /// Returns the unit of local coordinates, in lattice steps.
+    pub fn unit(&self) -> f64 {
+        1.0 / self.scale
+    }
+
+    fn touches(&self, [a, b, c]: [DVec3; 3]) -> bool {
+        a.min(b).min(c).cmple(self.max).all() && a.max(b).max(c).cmpge(self.min).all()
+    }
+
+    /// Returns a bound on the area of a plane within the region: that of a disc as wide as its diagonal.
+    fn greatest_section(&self) -> f64 {
+        FRAC_PI_4 * (self.max - self.min).max(DVec3::ZERO).length_squared()
     }
 }
 
@@ -145,7 +203,9 @@ pub(super) struct Bodies {
     pub points: Vec<DVec3>,
     pub faces: Vec<[u32; 3]>,
     pub bodies: Vec<Body>,
-    /// A bound on the volume between the surfaces as given and on the lattice, in cubic steps.
+    /// Where the result lies.
+    pub region: Region,
+    /// A bound on the volume between the surfaces as given and on the lattice within the region, in cubic steps.
     pub displaced: f64,
     directions: Directions,
     /// The complement of the lowest point at which a body was found to touch itself although it trembles.
@@ -155,11 +215,11 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Returns an empty list of bodies, with room for the points and faces of some solids.
-    pub fn with_room_for(solids: &[&ClosedMesh]) -> Bodies {
+    /// Returns an empty list of bodies, with room for the points and faces of some solids, whose result lies in a region.
+    pub fn with_room_for(solids: &[&ClosedMesh], region: Region) -> Bodies {
         let points = solids.iter().map(|solid| solid.mesh().positions.len()).sum();
         let faces = solids.iter().map(|solid| solid.mesh().triangles.len()).sum();
-        Bodies { room: [points, faces], ..Bodies::default() }
+        Bodies { room: [points, faces], region, ..Bodies::default() }
     }
 
     /// Adds a solid, as one body or as its shells, that grows at a rate or rests.
@@ -179,7 +239,7 @@ impl Bodies {
         }
         // The arrays of the first solid become those of all.
         let room = if self.points.is_empty() { self.room } else { [0; 2] };
-        let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), lattice, room);
+        let Rounded { mesh, numbers, vertices, displaced } = Rounded::of(mesh.mesh(), (lattice, &self.region), room);
         self.displaced += displaced;
         match wholeness {
             Wholeness::Whole => {
@@ -395,13 +455,17 @@ struct Rounded {
     numbers: Option<Vec<u32>>,
     /// The number of each point in the mesh as given, unless all are in order.
     vertices: Option<Vec<u32>>,
-    /// A bound on the volume between the two, in cubic steps.
+    /// A bound on the volume between the two within a region, in cubic steps.
     displaced: f64,
 }
 
 impl Rounded {
     /// Rounds a mesh, into arrays with room for at least some points and faces.
-    fn of(mesh: &TriangleMesh, lattice: &Lattice, [room_for_points, room_for_faces]: [usize; 2]) -> Rounded {
+    fn of(
+        mesh: &TriangleMesh,
+        (lattice, region): (&Lattice, &Region),
+        [room_for_points, room_for_faces]: [usize; 2],
+    ) -> Rounded {
         let TriangleMesh { positions, triangles } = mesh;
         let round = |&position: &DVec3| {
             let (point, moved) = lattice.round(position);
@@ -411,10 +475,10 @@ impl Rounded {
         };
         let (mut points, mut moved) = (vec_with_room(positions.len().max(room_for_points)), Vec::new());
         positions.par_iter().with_min_len(CHUNK).map(round).unzip_into_vecs(&mut points, &mut moved);
-        // While its corners move, a triangle sweeps at most its greatest area times its greatest displacement.
         let displaced = match moved.par_iter().any(|&moved| moved > 0.0) {
             true => {
-                triangles.par_chunks(4096).map(|chunk| swept(chunk, &points, &moved)).collect::<Vec<f64>>().iter().sum()
+                let swept = triangles.par_chunks(CHUNK).map(|chunk| swept(chunk, (&points, &moved), region));
+                swept.collect::<Vec<f64>>().iter().sum()
             }
             false => 0.0,
         };
@@ -459,13 +523,19 @@ fn measure(mesh: &TriangleMesh) -> (Vec<Box32>, bool) {
     (runs, volume.total() < 0.0)
 }
 
-fn swept(triangles: &[[u32; 3]], points: &[DVec3], moved: &[f32]) -> f64 {
+/// Returns a bound on the volume that triangles sweep within a region while their corners move: the greatest displacement times the
+/// greatest area, or the greatest section of the region.
+fn swept(triangles: &[[u32; 3]], (points, moved): (&[DVec3], &[f32]), region: &Region) -> f64 {
+    let section = region.greatest_section();
     let of = |triangle: &[u32; 3]| {
-        let farthest = triangle.iter().fold(0.0, |most: f32, &index| most.max(moved[index as usize]));
         let [a, b, c] = triangle.map(|index| points[index as usize]);
+        if !region.touches([a, b, c]) {
+            return 0.0;
+        }
+        let farthest = triangle.iter().fold(0.0, |most: f32, &index| most.max(moved[index as usize]));
         let (u, v) = (b - a, c - a);
         let slack = 1.0 + u.length() + v.length();
-        f64::from(farthest) * (0.5 * u.cross(v).length() + 2.0 * slack)
+        f64::from(farthest) * (0.5 * u.cross(v).length() + 2.0 * slack).min(section)
     };
     triangles.iter().map(of).sum()
 }

@@ -272,8 +272,7 @@ fn proved(
     growth: Growth,
 ) -> Result<Arrangement, NotExact> {
     loop {
-        let growing_for = (growth == Growth::Growing).then_some(rule.expression);
-        let found = Arrangement::of(solids, wholeness, growing_for);
+        let found = Arrangement::of(solids, wholeness, rule.expression, growth);
         let unproved = match &found {
             Ok((arrangement, near)) => arrangement.unproved(near, &rule),
             Err(refused) => vec![*refused],

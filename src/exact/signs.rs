@@ -556,7 +556,7 @@ mod tests {
     use proptest::array::uniform3;
     use proptest::prelude::*;
 
-    use super::super::bodies::{Lattice, Wholeness};
+    use super::super::bodies::{Lattice, Region, Wholeness};
     use super::*;
     use crate::mesh::{ClosedMesh, TriangleMesh};
 
@@ -592,7 +592,7 @@ mod tests {
             ClosedMesh::check(TriangleMesh { positions, triangles }).unwrap()
         });
         let lattice = Lattice::around(first.bounds().union(second.bounds()));
-        let mut bodies = Bodies::with_room_for(&[&first, &second]);
+        let mut bodies = Bodies::with_room_for(&[&first, &second], Region::default());
         for (solid, mesh) in [first, second].iter().enumerate() {
             bodies.add(solid, mesh, &lattice, Wholeness::Whole, Some(rates[solid])).unwrap();
         }

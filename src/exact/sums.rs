@@ -4,10 +4,11 @@ use crate::parallel::*;
 
 use glam::DVec3;
 
-use super::bodies::{Lattice, SCALE};
+use super::bodies::{Bodies, Lattice};
 use super::pieces::{Piece, Pieces};
 use super::signs::Located;
 use crate::cancel::checkpoint;
+use crate::closest::closest_to_origin;
 use crate::mesh::MassProperties;
 use crate::mesh::mass::{TERMS, terms};
 use crate::mesh::measure::{self, Sum};
@@ -15,7 +16,8 @@ use crate::mesh::measure::{self, Sum};
 /// Number of faces or segments that one task sums. It decides the order of additions.
 const CHUNK: usize = 4096;
 
-/// The sums of the weighted triangles.
+/// The sums of the weighted triangles, in local coordinates of the region that the result lies in: beside a solid that is far larger,
+/// they lose no digits.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Sums {
     sums: measure::Sums<TERMS>,
@@ -54,24 +56,25 @@ impl Sums {
 
     /// Adds the pieces of a segment to both of its faces.
     fn add_segment(&mut self, pieces: &Pieces, segment: u32) {
-        let corners = pieces.segments[segment as usize].faces.map(|face| pieces.bodies.corners(face));
-        let normals = corners.map(unit_normal);
+        let fans = pieces.segments[segment as usize].faces.map(|face| Fan::of(face, pieces.bodies));
         pieces.segment(segment, |both| {
-            for (face, piece) in both.iter().enumerate() {
-                self.add_piece(pieces, normals[face], corners[face][0], piece);
+            for (fan, piece) in fans.iter().zip(&both) {
+                self.add_piece(pieces, fan, piece);
             }
         });
     }
 
-    fn add_piece(&mut self, pieces: &Pieces, normal: DVec3, corner: DVec3, piece: &Piece) {
+    fn add_piece(&mut self, pieces: &Pieces, fan: &Fan, piece: &Piece) {
         if let Some(share) = Share::across(piece) {
-            self.add(normal, corner, piece.ends.map(|vertex| pieces.position(vertex)), share);
+            let ends = piece.ends.map(|vertex| pieces.position(vertex));
+            self.add(fan, ends.map(|end| Located { at: pieces.bodies.region.local(end.at), ..end }), share);
         }
     }
 
-    /// Adds a triangle of a face, whose plane has this normal: a corner of the face and a piece of outline.
-    fn add(&mut self, normal: DVec3, corner: DVec3, piece: [Located; 2], weight: Share) {
-        let [o, p, q] = [corner, piece[0].at, piece[1].at].map(|point| point * SCALE);
+    /// Adds a triangle of a face, from the centre of its fan to a piece of outline.
+    fn add(&mut self, fan: &Fan, piece: [Located; 2], weight: Share) {
+        let &Fan { normal, centre: Located { at: o, error } } = fan;
+        let [p, q] = [piece[0].at, piece[1].at];
         let mut terms = terms([o, p, q]);
         let (volume, area) = (f64::from(weight.volume), f64::from(weight.area));
         let size = terms[11];
@@ -81,8 +84,9 @@ impl Sums {
         self.sums.add(terms);
         // The chain is closed, so a corner that moves by δ changes the volume by at most δ / 6 times the product of the two
         // sides at that corner, in each triangle.
-        let moved = piece[0].error * (p - o).length() + piece[1].error * (q - o).length();
-        self.moved.add(volume.abs() * SCALE * moved * (q - p).length() / 6.0);
+        let [to_p, to_q, along] = [p - o, q - o, q - p].map(DVec3::length);
+        let moved = error * to_p * to_q + (piece[0].error * to_p + piece[1].error * to_q) * along;
+        self.moved.add(volume.abs() * moved / 6.0);
     }
 
     fn join(mut self, other: Sums) -> Sums {
@@ -91,17 +95,36 @@ impl Sums {
         self
     }
 
-    pub fn mass_properties(&self, lattice: &Lattice, displaced: f64) -> MassProperties {
-        let frame = lattice.frame();
+    pub fn mass_properties(&self, lattice: &Lattice, bodies: &Bodies) -> MassProperties {
+        let frame = lattice.frame(&bodies.region);
         let mut found = MassProperties::from_sums(self.sums.totals(), &frame, 3f64.sqrt());
         let (unit, step) = (frame.unit(), lattice.step);
-        found.volume_rounding += self.moved.total() * unit * unit * unit + displaced * step * step * step;
+        // The errors of points are in lattice steps.
+        let moved = self.moved.total() * unit * unit * step;
+        found.volume_rounding += moved + bodies.displaced * step * step * step;
         found
     }
 }
 
-/// Sums the sides of all faces. The sides at the fan's centre contribute only the rounding of their crossings, which closes
-/// the chain.
+/// What the triangles of a face's pieces of outline have in common.
+struct Fan {
+    /// The unit normal of the face.
+    normal: DVec3,
+    /// The point of the face next to the middle of the region, in local coordinates: not farther from there than any other point of
+    /// the face, however large that is. Any combination of the corners lies in the face's plane.
+    centre: Located,
+}
+
+impl Fan {
+    fn of(face: u32, bodies: &Bodies) -> Fan {
+        let corners = bodies.corners(face).map(|corner| bodies.region.local(corner));
+        let reach: f64 = corners.iter().map(|corner| corner.length()).sum();
+        let error = 8.0 * f64::EPSILON * reach * bodies.region.unit();
+        Fan { normal: unit_normal(corners), centre: Located { at: closest_to_origin(corners), error } }
+    }
+}
+
+/// Sums the sides of all faces.
 fn sum_faces(pieces: &Pieces) -> Vec<Sums> {
     let bodies = pieces.bodies;
     let all = bodies.bodies.iter().flat_map(|body| {
@@ -114,20 +137,21 @@ fn sum_faces(pieces: &Pieces) -> Vec<Sums> {
         let mut sums = Sums::default();
         let mut windings = Vec::new();
         for face in chunk {
-            let corners = bodies.corners(face);
             if pieces.is_crossed(face) {
-                let normal = unit_normal(corners);
+                let fan = Fan::of(face, bodies);
                 for side in 0..3 {
                     pieces.side(body, face, side, &mut windings, |piece| {
-                        sums.add_piece(pieces, normal, corners[0], &piece);
+                        sums.add_piece(pieces, &fan, &piece);
                     });
                 }
                 continue;
             }
             let weight = pieces.at_first_corner(face);
             if weight != 0 {
-                let piece = [corners[1], corners[2]].map(Located::exactly);
-                sums.add(unit_normal(corners), corners[0], piece, Share { volume: weight, area: 1 });
+                let corners = bodies.corners(face).map(|corner| bodies.region.local(corner));
+                let [centre, from, to] = corners.map(Located::exactly);
+                let fan = Fan { normal: unit_normal(corners), centre };
+                sums.add(&fan, [from, to], Share { volume: weight, area: 1 });
             }
         }
         sums

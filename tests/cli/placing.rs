@@ -61,6 +61,25 @@ fn beside_a_tool_of_a_million_times_its_size_half_of_a_solid_is_left() {
         assert_near(folder.volume(&all), 90_000.0, 0.1);
         assert_near(folder.json(&["check", out])["results"][0]["volume"].as_f64().unwrap(), 90_000.0, 0.1);
     }
+    // The volume keeps the digits that the lattice around both has, and says how many these are.
+    for (scale, shift, is_warned) in [("1e3", "5050", false), ("1e6", "5000050", false), ("1e11", "500000000050", true)]
+    {
+        let placement = format!("scale({scale}) translate({shift},30,15)");
+        let all = ["difference", "block.stl", "tool.stl", "--unit", "mm", "--transform-b", &placement];
+        let result = folder.json(&all);
+        let number = |key: &str| result["volume"][key].as_f64().unwrap();
+        let error = number("exact_error");
+        assert!(
+            (number("value") - 90_000.0).abs() <= error && error < 1e-3 * scale.parse::<f64>().unwrap(),
+            "{result}"
+        );
+        assert!(number("at_least") <= 90_000.0 && 90_000.0 <= number("at_most"), "{result}");
+        assert_eq!(warning_codes(&result).contains(&"imprecise"), is_warned, "{result}");
+        if is_warned {
+            let run = folder.run(&all).code(0).warns(&["rounded by at most", "make the largest input smaller"]);
+            assert!(run.stdout().contains(" ± "), "{}", run.stdout());
+        }
+    }
     // What has no volume has no mesh, either.
     let none =
         ["difference", "block.stl", "block.stl", "--transform-b", "scale(1.5) translate(-1,-1,-1)", "-o", "none.stl"];

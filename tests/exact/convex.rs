@@ -6,14 +6,14 @@ use num_traits::{One, Zero};
 /// A convex polyhedron: its corners, and its faces with the front outside.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    pub corners: Vec<[i64; 3]>,
+    pub corners: Vec<[i128; 3]>,
     pub faces: Vec<[usize; 3]>,
 }
 
 type Point = [BigRational; 3];
 
 impl Piece {
-    pub fn cuboid(low: [i64; 3], size: [i64; 3]) -> Piece {
+    pub fn cuboid(low: [i128; 3], size: [i128; 3]) -> Piece {
         let corner = |i: usize| [0, 1, 2].map(|axis| low[axis] + if i >> axis & 1 != 0 { size[axis] } else { 0 });
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let faces = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
@@ -21,7 +21,7 @@ impl Piece {
     }
 
     /// Returns the tetrahedron of four points; `None` if they lie in a plane.
-    pub fn tetrahedron(corners: [[i64; 3]; 4]) -> Option<Piece> {
+    pub fn tetrahedron(corners: [[i128; 3]; 4]) -> Option<Piece> {
         let [a, b, c, d] = corners;
         let volume = dot(cross(minus(b, a), minus(c, a)), minus(d, a));
         let faces = match volume {
@@ -33,8 +33,8 @@ impl Piece {
     }
 
     /// Returns the planes (n, o) of the faces, with n · x ≤ o inside, each plane once.
-    fn planes(&self) -> Vec<([i64; 3], i64)> {
-        let mut planes: Vec<([i64; 3], i64)> = Vec::new();
+    fn planes(&self) -> Vec<([i128; 3], i128)> {
+        let mut planes: Vec<([i128; 3], i128)> = Vec::new();
         for face in &self.faces {
             let [a, b, c] = face.map(|i| self.corners[i]);
             let normal = cross(minus(b, a), minus(c, a));
@@ -52,7 +52,7 @@ impl Piece {
 /// in the same plane that look the same way, only the first piece's counts; where two look at each other, nothing is common.
 pub fn common_volume(pieces: &[&Piece]) -> BigRational {
     let planes: Vec<_> = pieces.iter().map(|piece| piece.planes()).collect();
-    let is_opposite = |(n, o): &([i64; 3], i64), (m, p): &([i64; 3], i64)| n.map(|x| -x) == *m && -o == *p;
+    let is_opposite = |(n, o): &([i128; 3], i128), (m, p): &([i128; 3], i128)| n.map(|x| -x) == *m && -o == *p;
     let all = || planes.iter().flatten();
     if all().any(|a| all().any(|b| is_opposite(a, b))) {
         return BigRational::zero();
@@ -82,7 +82,7 @@ pub fn common_volume(pieces: &[&Piece]) -> BigRational {
 }
 
 /// Returns the part of a convex polygon with m · x ≤ o.
-fn clipped(polygon: &[Point], m: [i64; 3], o: i64) -> Vec<Point> {
+fn clipped(polygon: &[Point], m: [i128; 3], o: i128) -> Vec<Point> {
     let height = |p: &Point| (0..3).fold(rational(-o), |sum, i| sum + rational(m[i]) * &p[i]);
     let heights: Vec<BigRational> = polygon.iter().map(height).collect();
     let zero = BigRational::zero();
@@ -106,22 +106,22 @@ fn determinant(a: &Point, b: &Point, c: &Point) -> BigRational {
     &a[0] * minor(1, 2) + &a[1] * minor(2, 0) + &a[2] * minor(0, 1)
 }
 
-fn rational(x: i64) -> BigRational {
+fn rational(x: i128) -> BigRational {
     BigRational::from_integer(x.into())
 }
 
-fn minus(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+fn minus(a: [i128; 3], b: [i128; 3]) -> [i128; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn cross(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+fn cross(a: [i128; 3], b: [i128; 3]) -> [i128; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-fn dot(a: [i64; 3], b: [i64; 3]) -> i64 {
+fn dot(a: [i128; 3], b: [i128; 3]) -> i128 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn gcd(a: i64, b: i64) -> i64 {
+fn gcd(a: i128, b: i128) -> i128 {
     if b == 0 { a } else { gcd(b, a % b) }
 }

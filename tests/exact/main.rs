@@ -141,8 +141,8 @@ fn check(shells: &[Shell], solids: usize) {
 
 /// Random convex pieces, often aligned with one another.
 fn piece() -> impl Strategy<Value = Piece> {
-    let corner = || [0i64..5, 0i64..5, 0i64..5];
-    let cuboid = (corner(), [1i64..4, 1i64..4, 1i64..4]).prop_map(|(low, size)| Piece::cuboid(low, size));
+    let corner = || [0i128..5, 0i128..5, 0i128..5];
+    let cuboid = (corner(), [1i128..4, 1i128..4, 1i128..4]).prop_map(|(low, size)| Piece::cuboid(low, size));
     let tetrahedron = [corner(), corner(), corner(), corner()].prop_filter_map("flat", Piece::tetrahedron);
     prop_oneof![cuboid, tetrahedron]
 }
@@ -164,6 +164,45 @@ proptest! {
     fn two_convex_solids_have_their_rational_volume(a in piece(), b in piece()) {
         let shell = |solid, piece| Shell { solid, piece, is_inverted: false };
         check(&[shell(0, a), shell(1, b)], 2);
+    }
+}
+
+/// A piece of which a corner lies among the others, and whose sides are a thousand to thousand million long.
+fn large_piece() -> impl Strategy<Value = (Piece, i128)> {
+    let sign = || prop_oneof![Just(-1i128), Just(1)];
+    let corner = || [0i128..5, 0i128..5, 0i128..5];
+    let scale = prop_oneof![Just(1_000i128), Just(1_000_000), Just(1_000_000_000)];
+    let cuboid = (corner(), [sign(), sign(), sign()], scale.clone()).prop_map(|(corner, signs, scale)| {
+        let low = [0, 1, 2].map(|i| if signs[i] < 0 { corner[i] - scale } else { corner[i] });
+        (Piece::cuboid(low, [scale; 3]), scale)
+    });
+    let side = || [-5i128..6, -5i128..6, -5i128..6];
+    let tetrahedron = (corner(), [side(), side(), side()], scale).prop_filter_map("flat", |(corner, sides, scale)| {
+        let far = |side: [i128; 3]| [0, 1, 2].map(|i| corner[i] + scale * side[i] / 5);
+        let [a, b, c] = sides.map(far);
+        Some((Piece::tetrahedron([corner, a, b, c])?, scale))
+    });
+    prop_oneof![cuboid, tetrahedron]
+}
+
+proptest! {
+    #![proptest_config(cases(1000))]
+
+    #[test]
+    fn beside_a_far_larger_solid_volumes_lose_only_what_its_corners_round(a in piece(), (b, scale) in large_piece()) {
+        let shells = [a, b].into_iter().enumerate();
+        let shells: Vec<Shell> = shells.map(|(solid, piece)| Shell { solid, piece, is_inverted: false }).collect();
+        let inputs = meshes(&shells, 2);
+        for operation in [BooleanOperation::Intersection, BooleanOperation::Difference] {
+            let expression = Expression::of_inputs(operation, 2);
+            let solution = Solution::of(&[&inputs[0], &inputs[1]], &expression, FillRule::NonZero).unwrap();
+            let MassProperties { volume, volume_rounding, .. } = solution.properties().mass;
+            let expected = rational_volume(&shells, 2, &expression, FillRule::NonZero).to_f64().unwrap();
+            assert!(
+                (volume - expected).abs() <= volume_rounding && volume_rounding < 1e-12 * scale as f64,
+                "{operation:?}: {volume} instead of {expected}, with a bound of {volume_rounding} for {shells:?}",
+            );
+        }
     }
 }
 

@@ -23,7 +23,7 @@ use ldi_ops::report::sweep::Swept;
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::surface::{Apart, FinerBlocks};
 use ldi_ops::unit;
-use ldi_ops::{rounded_outwards, with_error};
+use ldi_ops::{exact_text, rounded_outwards, with_error};
 
 use crate::run::{Checked, Converted, Devices, Each, Generated, Outcome, Surfaced, is_pinned};
 
@@ -249,8 +249,8 @@ fn measured(result: &Measured) -> String {
     let mut table = Table::default();
     table.line(result.command, value(result));
     // Beside an over- or under-estimate.
-    if let Some([exact, _]) = result.volume.exact.filter(|_| result.volume.method != Method::Exact) {
-        table.line("exact", format_args!("{}{}", number(exact), unit::suffix(result.unit, 3)));
+    if let Some(exact) = result.volume.exact.filter(|_| result.volume.method != Method::Exact) {
+        table.line("exact", exact_text(exact, result.unit, 3));
     }
     certified(&mut table, result);
     measures(&mut table, result);
