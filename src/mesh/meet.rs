@@ -195,6 +195,39 @@ fn counter_clockwise([a, b, c]: [Coord<f64>; 3]) -> [Coord<f64>; 3] {
     if orient2d(a, b, c) < 0.0 { [a, c, b] } else { [a, b, c] }
 }
 
+/// Returns the ends, rounded, of the segment in which two triangles cross: each has corners on both sides of the other's plane, and more
+/// than a point is common. `None` where they touch, lie on one another or are apart.
+pub(crate) fn crossing(a: [DVec3; 3], b: [DVec3; 3]) -> Option<[DVec3; 2]> {
+    let (a, side_of_a) = alone_first(a, sides(b, a))?;
+    let (b, side_of_b) = alone_first(b, sides(a, b))?;
+    // Either triangle has a part of the line in which the planes meet, from one of its first sides to the other. The sign of a
+    // volume tells which of two ends comes first; all four have the same sign if one part comes wholly before the other.
+    let ends = [(1, 1), (1, 2), (2, 1), (2, 2)];
+    let orders = ends.map(|(i, j)| side(a[0], a[i], b[0], b[j]));
+    if !has_both_signs(&orders) {
+        return None;
+    }
+    let end = |of: &[DVec3; 3], sides: &[f64; 3], i: usize| of[0].lerp(of[i], sides[0] / (sides[0] - sides[i]));
+    let mut found = [end(&a, &side_of_a, 1), end(&a, &side_of_a, 2), end(&b, &side_of_b, 1), end(&b, &side_of_b, 2)];
+    let along = found[1] - found[0];
+    found.sort_by(|p, q| along.dot(*p).total_cmp(&along.dot(*q)));
+    Some([found[1], found[2]])
+}
+
+fn has_both_signs(values: &[f64]) -> bool {
+    values.iter().any(|&value| value > 0.0) && values.iter().any(|&value| value < 0.0)
+}
+
+/// Turns a triangle with corners on both sides of a plane so that no other corner is on the side of the first.
+fn alone_first(corners: [DVec3; 3], sides: [f64; 3]) -> Option<([DVec3; 3], [f64; 3])> {
+    if !has_both_signs(&sides) {
+        return None;
+    }
+    let alone = (0..3).find(|&i| sides[i] != 0.0 && (1..3).all(|turn| sides[i] * sides[(i + turn) % 3] <= 0.0))?;
+    let turned = [0, 1, 2].map(|i| (alone + i) % 3);
+    Some((turned.map(|i| corners[i]), turned.map(|i| sides[i])))
+}
+
 /// Returns the axis along which the projection of a triangle is largest.
 #[inline]
 pub(crate) fn widest_axis([a, b, c]: [DVec3; 3]) -> usize {
@@ -237,6 +270,44 @@ mod tests {
             }
         }
         assert!(uncertain > 0 && certain > 0, "{uncertain} {certain}");
+    }
+
+    #[test]
+    fn triangles_cross_in_a_segment_in_every_order() {
+        let points = |corners: [[f64; 3]; 3]| corners.map(DVec3::from_array);
+        let flat = points([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+        let upright = |from: f64, to: f64| points([[from, 1.0, -1.0], [from, 1.0, 1.0], [to, 1.0, 0.0]]);
+        let crossing_at = [
+            (upright(-2.0, 2.0), Some([0.0, 2.0])),
+            (upright(1.0, 2.0), Some([1.0, 2.0])),
+            (upright(2.0, 9.0), Some([2.0, 3.0])),
+            (upright(3.0, 9.0), None),
+            (upright(9.0, 3.0), None),
+            (upright(4.0, 9.0), None),
+            (upright(0.0, -2.0), None),
+            // They share a corner.
+            (points([[0.0, 0.0, 0.0], [4.0, 2.0, 2.0], [4.0, 2.0, -2.0]]), Some([0.0, 8.0 / 3.0])),
+            (points([[0.0, 0.0, 0.0], [-4.0, -2.0, 2.0], [-4.0, -2.0, -2.0]]), None),
+            // They share a side, lie on one another, or touch in a corner or a side.
+            (points([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [1.0, 1.0, 1.0]]), None),
+            (points([[1.0, 1.0, 0.0], [9.0, 1.0, 0.0], [1.0, 9.0, 0.0]]), None),
+            (points([[1.0, 1.0, 0.0], [9.0, 1.0, 2.0], [1.0, 9.0, 2.0]]), None),
+            (points([[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 2.0]]), None),
+        ];
+        for (other, expected) in crossing_at {
+            for (one, of) in ORDERS.into_iter().flat_map(|one| ORDERS.into_iter().map(move |of| (one, of))) {
+                let (a, b) = (one.map(|i| flat[i]), of.map(|i| other[i]));
+                for found in [crossing(a, b), crossing(b, a)] {
+                    let found = found.map(|[p, q]| [p.x.min(q.x), p.x.max(q.x)]);
+                    let is_near = |[from, to]: [f64; 2], [low, high]: [f64; 2]| {
+                        (from - low).abs() < 1e-12 && (to - high).abs() < 1e-12
+                    };
+                    let is_right =
+                        found.zip(expected).map_or(found == expected, |(found, expected)| is_near(found, expected));
+                    assert!(is_right, "{other:?}: {found:?}, not {expected:?}");
+                }
+            }
+        }
     }
 
     #[test]

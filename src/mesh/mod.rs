@@ -28,7 +28,7 @@ pub use hull::convex_hull;
 pub use mass::MassProperties;
 pub(crate) use weld::Weld;
 pub(crate) use winding::prove_embedded;
-pub use winding::{Unproved, prove_simple};
+pub use winding::{SelfCrossing, Unproved, first_crossing, prove_simple};
 
 /// Triangles over shared positions, as a reader or a generator produced them; nothing about them has been checked.
 ///

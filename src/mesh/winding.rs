@@ -23,8 +23,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use crate::parallel::*;
 use glam::DVec3;
 
-use super::meet::{meet_elsewhere, shared_corners, widest_axis};
-use super::{ClosedMesh, check};
+use super::meet::{crossing, meet_elsewhere, shared_corners, widest_axis};
+use super::{ClosedMesh, TriangleMesh, check};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::face_tree::FaceTree;
@@ -103,17 +103,9 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
         return Err(Unproved::NotOriented);
     }
     let triangles = mesh.mesh();
-    let corners = |triangle: u32| triangles.triangles[triangle as usize].map(|i| triangles.positions[i as usize]);
     let count = triangles.triangles.len();
+    let sheets = prove_embedded(&tree_of(mesh), 0, |triangle| corners(triangles, triangle), &vec![true; count])?;
     let all = || (0..count as u32).into_par_iter().with_min_len(CHUNK);
-    // Relative to the longest side, so that no box leaves the range of f32.
-    let bounds = mesh.bounds();
-    let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
-    let local = |point: DVec3| (point - bounds.min) / unit;
-    let extent = |triangle: u32| Box32::around(corners(triangle).map(local));
-    let around = Box32::around([bounds.min, bounds.max].map(local));
-    let tree = FaceTree::new(&around, all().map(|triangle| (triangle, extent(triangle))), extent);
-    let sheets = prove_embedded(&tree, 0, corners, &vec![true; count])?;
     let is_connected = || all().all(|triangle| sheets.parts.find(triangle) == 0);
     if sheets.are_closed && is_connected() {
         return if mesh.signed_volume() == 0.0 { Err(Unproved::NoVolume) } else { Ok(()) };
@@ -123,6 +115,48 @@ pub fn prove_simple(mesh: &ClosedMesh) -> Result<(), Unproved> {
         Some(shell) => Err(Unproved::ShellFacing { triangle: shell.triangle }),
         None => Ok(()),
     }
+}
+
+/// A place where a surface passes through itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelfCrossing {
+    /// The triangles that cross, in ascending order.
+    pub triangles: [u32; 2],
+    /// The middle of the segment in which they cross, rounded.
+    pub at: DVec3,
+}
+
+/// Returns the first place where a surface passes through itself: triangles that have corners on both sides of each other and more than
+/// a point in common. `None` if it does so nowhere, though it may touch itself in points, along lines and over areas.
+///
+/// Surfaces that pass through each other along sides of both alone are not found. It takes about as long as [`prove_simple`], and the
+/// result does not depend on threads.
+pub fn first_crossing(mesh: &ClosedMesh) -> Option<SelfCrossing> {
+    let tree = tree_of(mesh);
+    let facet = |place: usize| {
+        let triangle = tree.faces()[place];
+        (triangle, corners(mesh.mesh(), triangle))
+    };
+    let look = |&(first, a): &(u32, [DVec3; 3]), &(second, b): &(u32, [DVec3; 3])| {
+        let [from, to] = crossing(a, b)?;
+        Some(SelfCrossing { triangles: [first.min(second), first.max(second)], at: from.midpoint(to) })
+    };
+    tree.first_of_own_pairs(|_| true, facet, look)?.into_iter().min_by_key(|found| found.triangles)
+}
+
+fn corners(mesh: &TriangleMesh, triangle: u32) -> [DVec3; 3] {
+    mesh.triangles[triangle as usize].map(|vertex| mesh.positions[vertex as usize])
+}
+
+/// Returns the hierarchy of all triangles. Boxes are relative to the longest side, so that none leaves the range of `f32`.
+fn tree_of(mesh: &ClosedMesh) -> FaceTree {
+    let bounds = mesh.bounds();
+    let unit = bounds.extent().max_element().max(f64::MIN_POSITIVE);
+    let local = |point: DVec3| (point - bounds.min) / unit;
+    let extent = |triangle: u32| Box32::around(corners(mesh.mesh(), triangle).map(local));
+    let around = Box32::around([bounds.min, bounds.max].map(local));
+    let all = (0..mesh.mesh().triangles.len() as u32).into_par_iter().with_min_len(CHUNK);
+    FaceTree::new(&around, all.map(|triangle| (triangle, extent(triangle))), extent)
 }
 
 /// Triangles that meet no others elsewhere than in corners and sides that they share.
@@ -301,8 +335,15 @@ mod tests {
         let pair = |by: DVec3| together(&[cube(DVec3::ZERO, 1.0), cube(by, 1.0)]);
         let skewed = together(&[cube(DVec3::ZERO, 1.0), tetrahedron()]);
         let doubled = together(&[tetrahedron(), tetrahedron(), tetrahedron()]);
-        for mesh in [pair(DVec3::splat(0.5)), pair(DVec3::X), pair(DVec3::new(1.0, 0.25, 0.25)), skewed, doubled] {
-            assert!(matches!(proof(&mesh), Err(Unproved::TrianglesMeet { .. })), "{:?}", proof(&mesh));
+        let mut pulled = cube(DVec3::ZERO, 1.0);
+        pulled.positions[7] = DVec3::new(0.4, 0.6, -0.5);
+        let crossing = [pair(DVec3::splat(0.5)), pulled];
+        let touching = [pair(DVec3::X), pair(DVec3::new(1.0, 0.25, 0.25)), skewed, doubled];
+        for (mesh, crosses) in crossing.iter().map(|mesh| (mesh, true)).chain(touching.iter().map(|mesh| (mesh, false)))
+        {
+            assert!(matches!(proof(mesh), Err(Unproved::TrianglesMeet { .. })), "{:?}", proof(mesh));
+            let found = first_crossing(&ClosedMesh::check(mesh.clone()).unwrap());
+            assert_eq!(found.is_some(), crosses, "{found:?}");
         }
         let mut flipped = cube(DVec3::ZERO, 1.0);
         flipped.triangles[3].swap(0, 1);

@@ -1,7 +1,7 @@
 //! Meshes that are not solids, or not the solids that they seem: a right answer with a warning, or a refusal that names the
 //! place.
 
-use crate::{Folder, Triangle, assert_near, cube, inside_out, warning_codes};
+use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, warning_codes};
 
 #[test]
 fn solids_that_meet_themselves_are_told() {
@@ -14,14 +14,22 @@ fn solids_that_meet_themselves_are_told() {
     folder.stl("pulled.stl", &pulled);
     folder.stl("two.stl", &[cube(0.0, 2.0), cube(1.0, 2.0)].concat());
     folder.stl("apart.stl", &[cube(0.0, 1.0), cube(2.0, 1.0)].concat());
-    for (name, meets) in [("pulled.stl", true), ("two.stl", true), ("apart.stl", false)] {
+    folder.stl("flush.stl", &[cube(0.0, 1.0), cuboid([1.0, 0.25, 0.25], [2.0, 0.75, 0.75])].concat());
+    let crossing = Some("cross near (");
+    let told = [
+        ("pulled.stl", crossing),
+        ("two.stl", crossing),
+        ("flush.stl", Some("touch or lie on one another, and none cross")),
+        ("apart.stl", None),
+    ];
+    for (name, words) in told {
         let json = folder.json(&["check", name]);
         let result = &json["results"][0];
         assert_eq!(result["solid"], true, "{name}");
-        assert_eq!(warning_codes(result).contains(&"meets-itself"), meets, "{name}");
+        assert_eq!(warning_codes(result).contains(&"meets-itself"), words.is_some(), "{name}");
         let run = folder.run(&["check", name]).code(0);
-        if meets {
-            run.warns(&[name, "triangles ", "touch or cross", "--fill"]);
+        if let Some(words) = words {
+            run.warns(&[name, "triangles ", words, "--fill"]);
         }
     }
 }

@@ -6,7 +6,8 @@ use glam::DVec3;
 use ldi_ops::driver::input;
 use ldi_ops::driver::size;
 use ldi_ops::mesh::check::{MeshReport, check};
-use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, TriangleMesh, Unproved, prove_simple};
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, SelfCrossing, TriangleMesh, Unproved, first_crossing, prove_simple};
+use ldi_ops::number::number;
 use ldi_ops::{Error, Warning};
 
 use super::{Each, Finished, Outcome, Refused, say_warnings};
@@ -61,10 +62,19 @@ fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Error> {
 /// Returns a warning if triangles of a solid meet elsewhere than in corners and sides that they share.
 fn meets_itself(path: &Path, mesh: TriangleMesh) -> Option<Warning> {
     let closed = ClosedMesh::check(mesh).ok()?;
-    let why @ Unproved::TrianglesMeet { .. } = prove_simple(&closed).err()? else { return None };
-    let message = format!(
-        "{}: {why}: where the surface passes through itself, the fill rule decides what is inside (--fill)",
-        path.display()
-    );
-    Some(Warning::new("meets-itself", message))
+    let Unproved::TrianglesMeet { triangles: [a, b] } = prove_simple(&closed).err()? else { return None };
+    let what = match first_crossing(&closed) {
+        Some(SelfCrossing { triangles: [a, b], at }) => format!(
+            "triangles {a} and {b} cross near ({}, {}, {}): where the surface passes through itself, the fill rule decides what is \
+             inside (--fill)",
+            number(at.x),
+            number(at.y),
+            number(at.z)
+        ),
+        None => format!(
+            "triangles {a} and {b} touch or lie on one another, and none cross: the fill rule decides what is inside only where parts of \
+             the solid overlap (--fill)"
+        ),
+    };
+    Some(Warning::new("meets-itself", format!("{}: {what}", path.display())))
 }
