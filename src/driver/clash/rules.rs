@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 use std::str::FromStr;
 
+use super::overlap::OverlapMethod;
 use super::{Pair, Relation};
 use crate::cubic::TypedVolume;
 use crate::length::Length;
@@ -85,9 +86,13 @@ impl Limits {
     pub fn finding(&self, relation: &Relation) -> Option<Finding> {
         match relation {
             Relation::Overlapping(common) => {
-                // No ray may meet a thin overlap, whose estimate is then 0.
                 let is_any = self.max_volume == 0.0 && common.is_certain;
-                (is_any || common.volume.value > self.max_volume).then_some(Finding::Overlap)
+                // An estimate is 0 where no ray meets a thin overlap: what the parts may share counts.
+                let most = match common.volume.method {
+                    OverlapMethod::Exact => common.volume.value,
+                    OverlapMethod::Estimate => common.volume.upper,
+                };
+                (is_any || most > self.max_volume).then_some(Finding::Overlap)
             }
             Relation::Touching { .. } => (!self.allow_touching).then_some(Finding::Touching),
             Relation::Separate { distance, .. } => {
@@ -231,6 +236,8 @@ fn matches(pattern: &str, name: &str) -> bool {
 mod tests {
     use glam::DVec3;
 
+    use super::super::overlap::Overlap;
+    use super::super::{Aabb, Common};
     use super::*;
 
     #[test]
@@ -295,6 +302,30 @@ mod tests {
         assert!((most("0.5 mm3", Some(LengthUnit::Centimetre)).unwrap() - 5e-4).abs() < 1e-17);
         assert!(
             most("0.5mm3", None).unwrap_err().to_string().starts_with("--max-volume 0.5mm3: the input states no unit")
+        );
+    }
+
+    #[test]
+    fn overlaps_that_may_exceed_the_greatest_volume_are_findings() {
+        let overlapping = |value: f64, upper: f64, method, is_certain| {
+            let volume = Overlap { value, lower: 0.0, upper, method };
+            let bounds = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
+            let deepest = DVec3::splat(0.5);
+            let common = Common { volume, bounds, deepest, depth: 0.0, depth_bound: 1.0, contained: None, is_certain };
+            Relation::Overlapping(common)
+        };
+        let found = |most: &str, relation| {
+            let rules = Rules { max_volume: Some(most.parse().unwrap()), ..Rules::default() };
+            rules.limits(None, None).unwrap().finding(&relation).is_some()
+        };
+        let (exact, estimate) = (OverlapMethod::Exact, OverlapMethod::Estimate);
+        // The range of an exact volume is its rounding.
+        assert!(!found("1", overlapping(1.0, 1.0 + 1e-13, exact, true)));
+        assert!(found("1", overlapping(1.0 + 1e-13, 1.0 + 2e-13, exact, true)));
+        assert!(found("1", overlapping(0.9, 1.1, estimate, true)));
+        assert!(!found("1", overlapping(0.8, 0.9, estimate, true)));
+        assert!(
+            found("0", overlapping(0.0, 0.1, estimate, true)) && found("0", overlapping(0.0, 0.1, estimate, false))
         );
     }
 
