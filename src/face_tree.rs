@@ -48,6 +48,13 @@ impl FaceTree {
     }
 
     /// Returns the hierarchy over faces in this order, with their boxes.
+    /// Returns the hierarchy of at least one face, each with its own box.
+    pub fn of(faces: &[u32], extent: impl Fn(u32) -> Box32 + Sync + Send) -> FaceTree {
+        let all = || faces.par_iter().with_min_len(1 << 10).map(|&face| (face, extent(face)));
+        let bounds = all().map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
+        FaceTree::new(&bounds, all(), &extent)
+    }
+
     fn over(order: Vec<u32>, extents: Vec<FourBoxes>) -> FaceTree {
         let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
         FaceTree { extents, tree: BoxTree::over(order, leaves) }

@@ -619,6 +619,14 @@ mod tests {
         (points, loops)
     }
 
+    fn is_cut_without_folds(mut outline: [[u32; 2]; 6], points: [DVec2; 6], area: f64) {
+        let mut found = Vec::new();
+        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (f64::EPSILON, 0.0), &mut found));
+        let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
+        assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() - area).abs() < 1e-14, "{areas:?}");
+    }
+
     #[test]
     fn corners_moved_out_by_rounding_do_not_fold_a_region() {
         // The face x = 3 of a cuboid without the triangle in which a tetrahedron leaves it, seen along x: one corner of that lies on
@@ -627,12 +635,7 @@ mod tests {
             [[3.0, 0.0], [5.0, 2.0], [3.0, 2.0], [3.0, 5.0 / 7.0], [10.0 / 3.0, 1.0 / 3.0 - 5e-17], [3.0, 2.0 / 3.0]];
         let points = points.map(DVec2::from_array);
         assert!(turn([points[0], points[1], points[4]]) < 0.0);
-        let mut outline = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]];
-        let mut found = Vec::new();
-        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (f64::EPSILON, 0.0), &mut found));
-        let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
-        assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
-        assert!((areas.iter().sum::<f64>() - (2.0 - 1.0 / 126.0)).abs() < 1e-15);
+        is_cut_without_folds([[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0]], points, 2.0 - 1.0 / 126.0);
     }
 
     #[test]
@@ -647,12 +650,7 @@ mod tests {
         ];
         let mut points = points.map(DVec2::from_array);
         (points[4].y, points[5].x) = (points[4].y + 4e-16, points[5].x - 5e-17);
-        let mut outline = [[0, 2], [1, 0], [2, 1], [3, 4], [4, 5], [5, 3]];
-        let mut found = Vec::new();
-        assert!(triangulate(&mut outline, |vertex| points[vertex as usize], (f64::EPSILON, 0.0), &mut found));
-        let areas: Vec<f64> = found.iter().map(|triangle| turn(triangle.map(|v| points[v as usize])) / 2.0).collect();
-        assert!(areas.iter().all(|&area| area > -1e-15), "{areas:?}");
-        assert!((areas.iter().sum::<f64>() - (3.0 - 2.0 / 21.0)).abs() < 1e-14);
+        is_cut_without_folds([[0, 2], [1, 0], [2, 1], [3, 4], [4, 5], [5, 3]], points, 3.0 - 2.0 / 21.0);
     }
 
     #[test]

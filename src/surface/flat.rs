@@ -120,10 +120,10 @@ impl Surface<'_> {
         let Some((_, height, _)) = fits.into_iter().find(|&(.., to)| self.edges.contract(to, vertex)) else {
             return false;
         };
-        for around in ring {
-            self.has_changed[around as usize] = true;
+        for beside in ring {
+            self.has_changed[beside as usize] = true;
             // What was removed before may lie anywhere around the vertex.
-            let own = &mut self.errors[around as usize];
+            let own = &mut self.errors[beside as usize];
             *own = own.max(error) + height;
         }
         true

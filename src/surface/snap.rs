@@ -131,13 +131,8 @@ impl Joined {
         }
         let at = |vertex: u32| self.positions[vertex as usize];
         let corners = |piece: u32| self.pieces[piece as usize].corners;
-        let extent = |piece: u32| Box32::around(corners(piece).map(at));
-        let pieces = || {
-            let numbers = (0..self.pieces.len() as u32).into_par_iter().with_min_len(1 << 10);
-            numbers.map(|piece| (piece, extent(piece)))
-        };
-        let bounds = pieces().map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
-        let tree = FaceTree::new(&bounds, pieces(), extent);
+        let pieces: Vec<u32> = (0..self.pieces.len() as u32).collect();
+        let tree = FaceTree::of(&pieces, |piece| Box32::around(corners(piece).map(at)));
         let is_changed = |place: usize| {
             let piece = &self.pieces[tree.faces()[place] as usize];
             piece.corners != given[piece.whole as usize]
@@ -215,12 +210,10 @@ fn meetings(pieces: &[Piece], positions: &[DVec3], distance: f64) -> Vec<Meeting
         Box32::of(Aabb { min: a.min(b).min(c) - 0.5 * distance, max: a.max(b).max(c) + 0.5 * distance })
     };
     let near = near(pieces, extent);
-    let faces = || near.par_iter().with_min_len(1 << 10).map(|&face| (face, extent(face)));
     if near.is_empty() {
         return Vec::new();
     }
-    let bounds = faces().map(|(_, extent)| extent).reduce(|| Box32::EMPTY, Box32::union);
-    let tree = FaceTree::new(&bounds, faces(), extent);
+    let tree = FaceTree::of(&near, extent);
     let prepare = |place: usize| {
         let vertices = pieces[tree.faces()[place] as usize].corners;
         Face::new(vertices, vertices.map(at))
