@@ -40,6 +40,8 @@ pub struct Solid {
     pub stated_unit: Option<LengthUnit>,
     /// The unit of the coordinates, if the file or the user states it.
     pub unit: Option<LengthUnit>,
+    /// True if its placement scales it, so that its size tells nothing about its unit.
+    pub is_scaled: bool,
     /// The signed volume of the placed mesh.
     pub volume: f64,
     /// The hash of the file, if requested.
@@ -268,8 +270,9 @@ fn bring_to_one_unit(solids: &mut [Solid], requirements: InputRequirements) -> R
         let ignored = |s: &Solid| size::unit_ignored(&s.path, s.stated_unit, requirements.unit, s.bounds().extent());
         warnings.extend(solids.iter().filter_map(ignored));
     }
+    let as_read = solids.iter().filter(|solid| !solid.is_scaled);
     warnings.extend(
-        solids.iter().filter_map(|s| size::implausible(&s.path, s.unit, s.stated_unit.is_none(), s.bounds().extent())),
+        as_read.filter_map(|s| size::implausible(&s.path, s.unit, s.stated_unit.is_none(), s.bounds().extent())),
     );
     let unitless: Vec<String> =
         solids.iter().filter(|solid| solid.unit.is_none()).map(|solid| solid.name().to_string()).collect();
@@ -372,9 +375,12 @@ pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Err
     let ReadMesh { file, mut fold, sha256, mut warnings } = read(&input.path, requirements.hashes)?;
     let MeshFile { mut mesh, unit, notes } = file;
     let beams = notes.iter().find(|note| matches!(note, ReadNote::BeamsMeshed { .. })).map(ToString::to_string);
+    let mut is_scaled = false;
     if let Some(placement) = &input.placement {
         let map = placement.map(unit.or(requirements.unit));
-        mesh.transform(&map.map_err(|error| Error::input(format!("{}: {error}", input.path.display())))?);
+        let map = map.map_err(|error| Error::input(format!("{}: {error}", input.path.display())))?;
+        is_scaled = (map.matrix3.determinant().abs() - 1.0).abs() > 1e-9;
+        mesh.transform(&map);
         warnings.extend(check_rounding(&mesh, &input.path)?);
         fold = None;
     }
@@ -383,7 +389,7 @@ pub fn load(input: &Input, requirements: InputRequirements) -> Result<Solid, Err
         None => ClosedMesh::check(mesh),
     };
     let mut solid = checked_solid(checked, &input.path, requirements)?;
-    solid.operand = input.name.clone();
+    (solid.operand, solid.is_scaled) = (input.name.clone(), is_scaled);
     (solid.stated_unit, solid.unit) = (unit, unit.or(requirements.unit));
     (solid.sha256, solid.warnings, solid.beams) = (sha256, warnings, beams);
     Ok(solid)
@@ -404,6 +410,7 @@ impl Solid {
             turned: 0,
             stated_unit: None,
             unit: None,
+            is_scaled: false,
             volume,
             sha256: None,
             warnings: Vec::new(),
