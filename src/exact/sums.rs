@@ -110,8 +110,9 @@ impl Sums {
 struct Fan {
     /// The unit normal of the face.
     normal: DVec3,
-    /// The point of the face next to the middle of the region, in local coordinates: not farther from there than any other point of
-    /// the face, however large that is. Any combination of the corners lies in the face's plane.
+    /// The point of the face next to the middle of the region, in local coordinates, however large the face is. Of a needle it may be
+    /// another one, by rounding: any combination of the corners lies in the face's plane, and the bound counts how far it is from the
+    /// pieces.
     centre: Located,
 }
 

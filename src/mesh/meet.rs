@@ -223,7 +223,9 @@ fn alone_first(corners: [DVec3; 3], sides: [f64; 3]) -> Option<([DVec3; 3], [f64
     if !has_both_signs(&sides) {
         return None;
     }
-    let alone = (0..3).find(|&i| sides[i] != 0.0 && (1..3).all(|turn| sides[i] * sides[(i + turn) % 3] <= 0.0))?;
+    // Products of volumes would underflow.
+    let is_with = |i: usize, j: usize| (sides[i] > 0.0 && sides[j] > 0.0) || (sides[i] < 0.0 && sides[j] < 0.0);
+    let alone = (0..3).find(|&i| sides[i] != 0.0 && (1..3).all(|turn| !is_with(i, (i + turn) % 3)))?;
     let turned = [0, 1, 2].map(|i| (alone + i) % 3);
     Some((turned.map(|i| corners[i]), turned.map(|i| sides[i])))
 }
@@ -295,10 +297,11 @@ mod tests {
             (points([[1.0, 1.0, 0.0], [2.0, 1.0, 0.0], [1.0, 1.0, 2.0]]), None),
         ];
         for (other, expected) in crossing_at {
-            for (one, of) in ORDERS.into_iter().flat_map(|one| ORDERS.into_iter().map(move |of| (one, of))) {
-                let (a, b) = (one.map(|i| flat[i]), of.map(|i| other[i]));
+            let orders = ORDERS.into_iter().flat_map(|one| ORDERS.into_iter().map(move |of| (one, of)));
+            for ((one, of), scale) in orders.flat_map(|orders| [1.0, 2f64.powi(-240)].map(|scale| (orders, scale))) {
+                let (a, b) = (one.map(|i| flat[i] * scale), of.map(|i| other[i] * scale));
                 for found in [crossing(a, b), crossing(b, a)] {
-                    let found = found.map(|[p, q]| [p.x.min(q.x), p.x.max(q.x)]);
+                    let found = found.map(|[p, q]| [p.x.min(q.x) / scale, p.x.max(q.x) / scale]);
                     let is_near = |[from, to]: [f64; 2], [low, high]: [f64; 2]| {
                         (from - low).abs() < 1e-12 && (to - high).abs() < 1e-12
                     };

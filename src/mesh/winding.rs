@@ -129,7 +129,7 @@ pub struct SelfCrossing {
 /// Returns the first place where a surface passes through itself: triangles that have corners on both sides of each other and more than
 /// a point in common. `None` if it does so nowhere, though it may touch itself in points, along lines and over areas.
 ///
-/// Surfaces that pass through each other along sides of both alone are not found. It takes about as long as [`prove_simple`], and the
+/// The first is that of the hierarchy's order. Surfaces that pass through each other along sides of both alone are not found. It takes about as long as [`prove_simple`], and the
 /// result does not depend on threads.
 pub fn first_crossing(mesh: &ClosedMesh) -> Option<SelfCrossing> {
     let tree = tree_of(mesh);

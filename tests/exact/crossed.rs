@@ -16,7 +16,7 @@ use super::known::together;
 use super::{OPERATIONS, exact};
 
 /// Corners lie within this distance of zero along each axis.
-const SIDE: i128 = 3;
+const SIDE: i64 = 3;
 
 /// The distance of a plane within which a corner of a cell counts as in it.
 const NEAR: f64 = 1e-9;
@@ -122,7 +122,7 @@ fn check(inputs: &[ClosedMesh]) {
 /// A surface with the faces of a double pyramid over a polygon, of any corners in a small box.
 fn pyramids(count: usize) -> impl Strategy<Value = ClosedMesh> {
     let corner = || [-SIDE..=SIDE, -SIDE..=SIDE, -SIDE..=SIDE];
-    let place = |corner: [i128; 3]| DVec3::from_array(corner.map(|x| x as f64));
+    let place = |corner: [i64; 3]| DVec3::from_array(corner.map(|x| x as f64));
     prop::collection::vec(corner(), count + 2).prop_filter_map("nothing", move |corners| {
         let positions = corners.into_iter().map(place).collect();
         let count = count as u32;

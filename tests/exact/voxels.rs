@@ -12,13 +12,13 @@ const SIDE: usize = 4;
 
 /// Returns the surface of a set of voxels, or `None` of an empty one.
 fn surface(voxels: &[bool], shear: [[f64; 3]; 3]) -> Option<ClosedMesh> {
-    let is_full = |cell: [i128; 3]| {
-        cell.iter().all(|&c| (0..SIDE as i128).contains(&c))
+    let is_full = |cell: [i64; 3]| {
+        cell.iter().all(|&c| (0..SIDE as i64).contains(&c))
             && voxels[(cell[0] as usize * SIDE + cell[1] as usize) * SIDE + cell[2] as usize]
     };
     let mut mesh = TriangleMesh::default();
     for index in 0..SIDE.pow(3) {
-        let cell = [index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE].map(|c| c as i128);
+        let cell = [index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE].map(|c| c as i64);
         for (axis, step) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 1), (axis, -1)]) {
             let mut beside = cell;
             beside[axis] += step;
