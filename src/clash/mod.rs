@@ -19,6 +19,7 @@ pub use nearest::nearest;
 pub use overlap::{Region, region};
 pub use pairs::near_pairs;
 pub use tiles::tiles;
+pub use triangles::Nearest;
 
 /// Returns the bytes that a body holds for each triangle of its mesh.
 pub fn bytes_of_triangle() -> f64 {

@@ -89,6 +89,28 @@ fn turned_parts_touch_although_their_corners_are_rounded() {
 }
 
 #[test]
+fn small_parts_touch_larger_ones_by_no_noticeable_share_of_their_size() {
+    let folder = Folder::new();
+    folder.stl("small.stl", &cube(0.0, 1.0));
+    folder.stl("large.stl", &cube(0.0, 1.0));
+    let run = |x: &str, more: &[&str], code: i32| {
+        let place = format!("scale(1e7) translate({x},0,0)");
+        let all = ["clash", "small.stl", "large.stl", "--transform-b", &place, "--allow-touching", "-v"];
+        folder.run(&[&all[..], more].concat()).code(code)
+    };
+    // Coordinates of 10^7 are rounded by 2.4 in files of 32-bit numbers.
+    let warned = ["small.stl : large.stl: a depth of at most 0.7", "2.384", "--touching"];
+    assert!(run("0.25", &[], 1).warns(&warned).stdout().contains("OVERLAP"));
+    run("2", &[], 0).warns(&["a distance of 1 is within 2.384"]);
+    assert!(run("0.25", &["--touching", "2.5"], 0).stderr().contains("touching, at most 0.7"));
+    assert!(run("2", &["--touching", "2.5"], 0).stderr().contains("touching, 1 apart"));
+    let json = folder.run(&["clash", "small.stl", "large.stl", "--touching", "1", "--json", "-"]).code(1).json();
+    let pair = &json["pairs"][0];
+    assert_eq!((&pair["state"], &pair["distance"]), (&"touching".into(), &0.0.into()));
+    assert!((0.99..=1.0).contains(&pair["depth"].as_f64().unwrap()), "{pair}");
+}
+
+#[test]
 fn distances_below_the_clearance_are_findings_with_two_points() {
     let folder = with_parts();
     let run = |clearance: &str| folder.run(&["clash", "a.stl", "near.stl", "--clearance", clearance, "--json", "-"]);

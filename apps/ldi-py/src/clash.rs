@@ -147,16 +147,17 @@ fn row<'py>(py: Python<'py>, clashes: &ldi_ops::Clashes, pair: &Pair) -> PyResul
     row.set_item("b", b)?;
     row.set_item("state", pair.relation.name())?;
     row.set_item("finding", pair.finding.map(|finding| finding.name()))?;
-    let (distance, common) = match &pair.relation {
-        Relation::Separate { distance, .. } | Relation::Touching { distance, .. } => (Some(*distance), None),
-        Relation::Overlapping(common) => (None, Some(common)),
+    let (distance, depth, common) = match &pair.relation {
+        Relation::Separate { distance, .. } => (Some(*distance), None, None),
+        Relation::Touching { distance, depth, .. } => (Some(*distance), Some([0.0, *depth]), None),
+        Relation::Overlapping(common) => (None, Some([common.depth, common.depth_bound]), Some(common)),
     };
     row.set_item("distance", distance)?;
     row.set_item("volume", common.map(|common| common.volume.value))?;
     row.set_item("volume_lower", common.map(|common| common.volume.lower))?;
     row.set_item("volume_upper", common.map(|common| common.volume.upper))?;
-    row.set_item("depth", common.map(|common| common.depth))?;
-    row.set_item("depth_upper", common.map(|common| common.depth_bound))?;
+    row.set_item("depth", depth.map(|[lower, _]| lower))?;
+    row.set_item("depth_upper", depth.map(|[_, upper]| upper))?;
     for (name, coordinate) in ["x", "y", "z"].into_iter().zip(clashes.place(pair).to_array()) {
         row.set_item(name, coordinate)?;
     }

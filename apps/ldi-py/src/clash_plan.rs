@@ -20,9 +20,9 @@ pub struct ClashPlan {
 /// How two parts lie to one another, as plain numbers, which cross the borders of processes without rounding.
 #[derive(FromPyObject, IntoPyObject)]
 pub enum Found {
-    /// They share no volume.
+    /// They share no volume; `touching` is the greatest depth of a contact.
     #[pyo3(from_item_all)]
-    Apart { touches: bool, distance: f64, points: [[f64; 3]; 2] },
+    Apart { touching: Option<f64>, distance: f64, points: [[f64; 3]; 2] },
     /// They share a volume: its value, lower and upper end; the lower and the upper bound of its depth.
     #[pyo3(from_item_all)]
     Shared {
@@ -41,14 +41,14 @@ type Row = (Found, Vec<(String, String)>);
 
 impl From<Relation> for Found {
     fn from(relation: Relation) -> Found {
-        let apart = |touches, distance, points: [DVec3; 2]| Found::Apart {
-            touches,
+        let apart = |touching, distance, points: [DVec3; 2]| Found::Apart {
+            touching,
             distance,
             points: points.map(|point| point.to_array()),
         };
         match relation {
-            Relation::Separate { distance, points } => apart(false, distance, points),
-            Relation::Touching { distance, points } => apart(true, distance, points),
+            Relation::Separate { distance, points } => apart(None, distance, points),
+            Relation::Touching { distance, depth, points } => apart(Some(depth), distance, points),
             Relation::Overlapping(Common { volume, bounds, deepest, depth, depth_bound, contained, is_certain }) => {
                 Found::Shared {
                     volume: [volume.value, volume.lower, volume.upper],
@@ -67,11 +67,11 @@ impl From<Relation> for Found {
 impl From<Found> for Relation {
     fn from(found: Found) -> Relation {
         match found {
-            Found::Apart { touches, distance, points } => {
+            Found::Apart { touching, distance, points } => {
                 let points = points.map(DVec3::from);
-                match touches {
-                    true => Relation::Touching { distance, points },
-                    false => Relation::Separate { distance, points },
+                match touching {
+                    Some(depth) => Relation::Touching { distance, depth, points },
+                    None => Relation::Separate { distance, points },
                 }
             }
             Found::Shared { volume: [value, lower, upper], exact, bounds, deepest, depth, contained, certain } => {

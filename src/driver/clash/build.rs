@@ -256,7 +256,8 @@ mod tests {
 
     #[test]
     fn warnings_of_other_processes_have_known_codes() {
-        let relation = crate::driver::clash::Relation::Touching { distance: 0.0, points: [DVec3::ZERO; 2] };
+        use crate::driver::clash::Relation;
+        let relation = Relation::Touching { distance: 0.0, depth: 0.0, points: [DVec3::ZERO; 2] };
         let received = |code: &str| ComparedPair::received([0, 1], relation, [(code.to_owned(), "text".to_owned())]);
         assert_eq!(received("fill-rules-differ").unwrap().warnings[0].code, "fill-rules-differ");
         assert!(received("other").is_err());

@@ -7,7 +7,7 @@ use crate::parallel::*;
 use super::overlap::{Found, Room, overlap};
 use super::plan::ComparedPair;
 use super::{Common, Part, Relation, Settings};
-use crate::clash::{Body, Region, bytes_of_triangle, nearest, region};
+use crate::clash::{Body, Nearest, Region, bytes_of_triangle, nearest, region};
 use crate::driver::backend::Backends;
 use crate::driver::fill::FillDifference;
 use crate::driver::job::Backend;
@@ -15,7 +15,7 @@ use crate::driver::machine;
 use crate::driver::memory::{self, Cost, Limit};
 use crate::mesh::{Aabb, TriangleMesh};
 use crate::progress::Monitor;
-use crate::{Error, Warning};
+use crate::{Error, Warning, unit};
 
 /// The parts and what they are compared by.
 pub struct Comparison<'c> {
@@ -55,10 +55,23 @@ struct Shared {
 /// part.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / 2.0;
 
-/// Returns the largest gap or depth of touching parts whose coordinates were rounded to 32 bits.
+/// The largest gap or depth of touching parts, as a share of the shortest side of the box of either. Beside a far larger part, or far
+/// from the origin, the rounding of 32-bit coordinates is more than a small part can be off by without being out of shape.
+const SHARE_OF_PART: f64 = 0.01;
+
+/// The code of the warning about a gap or an overlap that coordinates of 32 bits do not tell from a contact.
+pub const WITHIN_ROUNDING: &str = "within-rounding";
+
+/// Returns the largest gap or depth that comes from coordinates that were rounded to 32 bits.
 pub fn rounding(boxes: &[Aabb]) -> f64 {
     let largest = boxes.iter().map(|b| b.min.abs().max(b.max.abs()).max_element()).fold(0.0, f64::max);
     ROUNDING * largest
+}
+
+/// Returns the largest gap or depth of touching parts: that of rounding, but no noticeable share of either part.
+fn tolerance(boxes: &[Aabb; 2]) -> f64 {
+    let shortest = boxes.iter().map(|b| b.extent().min_element()).fold(f64::INFINITY, f64::min);
+    rounding(boxes).min(SHARE_OF_PART * shortest)
 }
 
 impl<'c> Comparison<'c> {
@@ -97,8 +110,9 @@ impl<'c> Comparison<'c> {
         progress.stage(format!("comparing {} pairs", self.pairs.len()))?;
         progress.expect(self.pairs.len())?;
         let room = Room { held: machine::held_memory(), limit: Limit::new(self.settings.memory), beside: 0 };
-        let done = |parts, relation, warnings| -> Result<ComparedPair, Error> {
+        let done = |parts, relation, mut warnings: Vec<Warning>| -> Result<ComparedPair, Error> {
             progress.step()?;
+            warnings.extend(self.rounding_warning(parts, &relation));
             Ok(ComparedPair::new(parts, relation, warnings))
         };
         let others = rayon::current_num_threads().min(self.pairs.len()).saturating_sub(1);
@@ -129,15 +143,19 @@ impl<'c> Comparison<'c> {
     fn meeting(&self, [i, j]: [usize; 2]) -> Meeting {
         let [a, b] = [i, j].map(|part| self.bodies[part].as_ref().expect("the parts of the pairs have hierarchies"));
         let boxes = [i, j].map(|part| self.parts[part].solid.bounds());
-        let tolerance = self.touching.unwrap_or_else(|| rounding(&boxes));
-        let found = nearest(a, b);
-        let touching = Relation::Touching { distance: found.distance, points: found.points };
-        let Held { any, whole } = if found.distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
+        let tolerance = self.touching.unwrap_or_else(|| tolerance(&boxes));
+        let Nearest { distance, points } = nearest(a, b);
+        let Held { any, whole } = if distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
         if !any {
-            let separate = Relation::Separate { distance: found.distance, points: found.points };
-            return Meeting::Known(if found.distance <= tolerance { touching } else { separate });
+            return Meeting::Known(match distance <= tolerance {
+                true => Relation::Touching { distance, depth: 0.0, points },
+                false => Relation::Separate { distance, points },
+            });
         }
-        match region(a, b).filter(|region| region.depth_bound > tolerance) {
+        let region = region(a, b);
+        let depth = region.as_ref().map_or(0.0, |region| region.depth_bound);
+        let touching = Relation::Touching { distance, depth, points };
+        match region.filter(|region| region.depth_bound > tolerance) {
             Some(region) => Meeting::Shares(Shared { region, whole, tolerance, touching }),
             None => Meeting::Known(touching),
         }
@@ -170,6 +188,31 @@ impl<'c> Comparison<'c> {
         }
         let common = Common { volume, bounds, deepest, depth, depth_bound, contained: whole, is_certain };
         Ok(Some((Relation::Overlapping(common), warnings)))
+    }
+
+    /// Returns a warning if two parts would touch, were it not for the share of a part that a contact may take.
+    fn rounding_warning(&self, parts: [usize; 2], relation: &Relation) -> Option<Warning> {
+        let [a, b] = parts.map(|part| &self.parts[part]);
+        let rounding = rounding(&[a.solid.bounds(), b.solid.bounds()]);
+        let (what, amount) = match relation {
+            Relation::Touching { .. } => return None,
+            Relation::Overlapping(common) => ("a depth of at most", common.depth_bound),
+            Relation::Separate { distance, .. } => ("a distance of", *distance),
+        };
+        if self.touching.is_some() || amount > rounding {
+            return None;
+        }
+        let length = |length| unit::rounded(length, self.parts[0].solid.unit);
+        let message = format!(
+            "{} : {}: {what} {} is within {}, by which coordinates of this size are rounded in files of 32-bit numbers, but more \
+             than {} % of the shortest side of a part; set --touching to the largest gap or depth that counts as touching",
+            a.name,
+            b.name,
+            length(amount),
+            length(rounding),
+            100.0 * SHARE_OF_PART,
+        );
+        Some(Warning::new(WITHIN_ROUNDING, message))
     }
 
     /// Returns the warning of a part whose volume depends on the fill rule.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::parallel::*;
 
-use super::compare::{self, Comparison};
+use super::compare::{self, Comparison, WITHIN_ROUNDING};
 use super::rules::{self, Limits};
 use super::{ClashSeconds, Clashes, Pair, Part, Relation, Settings};
 use crate::clash::{near_pairs, tiles};
@@ -64,9 +64,15 @@ pub struct ComparedPair {
     pub warnings: Vec<Warning>,
 }
 
-/// The codes of the warnings about an overlap.
-const WARNINGS: [&str; 5] =
-    ["exact-volume-memory", "fill-rules-differ", IMPRECISE, NOT_RESOLVED, TOLERANCE_NOT_REACHED];
+/// The codes of the warnings about a pair.
+const WARNINGS: [&str; 6] = [
+    "exact-volume-memory",
+    "fill-rules-differ",
+    IMPRECISE,
+    NOT_RESOLVED,
+    TOLERANCE_NOT_REACHED,
+    WITHIN_ROUNDING,
+];
 
 impl ComparedPair {
     pub(super) fn new(parts: [usize; 2], relation: Relation, warnings: Vec<Warning>) -> ComparedPair {
@@ -78,7 +84,7 @@ impl ComparedPair {
     /// Returns a pair that another process compared, with the codes and messages of its warnings.
     ///
     /// # Errors
-    /// Codes that no warning about an overlap has.
+    /// Codes that no warning about a pair has.
     pub fn received(
         parts: [usize; 2],
         relation: Relation,
@@ -86,7 +92,7 @@ impl ComparedPair {
     ) -> Result<ComparedPair, Error> {
         let warning = |(code, message): (String, String)| match WARNINGS.into_iter().find(|known| *known == code) {
             Some(code) => Ok(Warning::new(code, message)),
-            None => Err(Error::Usage(format!("there is no warning `{code}` about an overlap"))),
+            None => Err(Error::Usage(format!("there is no warning `{code}` about a pair"))),
         };
         let warnings = warnings.into_iter().map(warning).collect::<Result<_, _>>()?;
         Ok(ComparedPair { parts, relation, warnings })

@@ -1,5 +1,6 @@
 //! The comparison of parts for programs: the JSON object.
 
+use glam::DVec3;
 use serde::Serialize;
 
 use crate::Warning;
@@ -60,6 +61,8 @@ struct PairRecord<'c> {
     finding: Option<Finding>,
     /// Null where the parts overlap.
     distance: Option<f64>,
+    /// An upper bound of the depth of an overlap that counts as touching; null unless the parts touch.
+    depth: Option<f64>,
     /// The nearest points.
     points: Option<[[f64; 3]; 2]>,
     /// Null unless the parts overlap.
@@ -123,11 +126,11 @@ pub fn record(clashes: &Clashes) -> Record<'_> {
 
 fn pair_record<'c>(clashes: &'c Clashes, pair: &Pair) -> PairRecord<'c> {
     let names = pair.parts.map(|part| clashes.parts[part].name.as_str());
-    let (distance, points, overlap) = match pair.relation {
-        Relation::Separate { distance, points } | Relation::Touching { distance, points } => {
-            (Some(distance), Some(points.map(|point| point.to_array())), None)
-        }
-        Relation::Overlapping(common) => (None, None, Some(overlap_record(common, names))),
+    let apart = |distance, points: [DVec3; 2]| (Some(distance), Some(points.map(|point| point.to_array())));
+    let ((distance, points), depth, overlap) = match pair.relation {
+        Relation::Separate { distance, points } => (apart(distance, points), None, None),
+        Relation::Touching { distance, depth, points } => (apart(distance, points), Some(depth), None),
+        Relation::Overlapping(common) => ((None, None), None, Some(overlap_record(common, names))),
     };
     let [a, b] = names;
     PairRecord {
@@ -137,6 +140,7 @@ fn pair_record<'c>(clashes: &'c Clashes, pair: &Pair) -> PairRecord<'c> {
         state: pair.relation.name(),
         finding: pair.finding,
         distance,
+        depth,
         points,
         overlap,
     }
