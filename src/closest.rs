@@ -300,11 +300,10 @@ pub fn closest_to_origin([a, b, c]: [DVec3; 3]) -> DVec3 {
     let square = normal.length_squared();
     // Weights of the foot of the perpendicular.
     let (v, w) = (-a.cross(ac).dot(normal) / square, -ab.cross(a).dot(normal) / square);
-    if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
-        return a + ab * v + ac * w;
-    }
-    let sides = [on_side(a, ab), on_side(b, c - b), on_side(a, ac)];
-    sides.into_iter().min_by(|p, q| p.length_squared().total_cmp(&q.length_squared())).unwrap_or(a)
+    // Of a needle the weights have no digits, and a side may be nearer.
+    let foot = (v >= 0.0 && w >= 0.0 && v + w <= 1.0).then_some(a + ab * v + ac * w);
+    let candidates = [on_side(a, ab), on_side(b, c - b), on_side(a, ac)].into_iter().chain(foot);
+    candidates.min_by(|p, q| p.length_squared().total_cmp(&q.length_squared())).unwrap_or(a)
 }
 
 #[cfg(test)]

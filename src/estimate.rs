@@ -63,7 +63,10 @@ impl fmt::Display for Estimate {
             return write!(f, "at least {least} and at most {greatest}{unit}: not resolved");
         }
         match self.method {
-            Method::Exact => write!(f, "{} (exact)", exact_text([self.value, self.error], self.unit, self.power)),
+            Method::Exact => {
+                let within = if is_noticed([self.value, self.error]) { " within rounding" } else { "" };
+                write!(f, "{} (exact{within})", exact_text([self.value, self.error], self.unit, self.power))
+            }
             Method::Estimate(_) => {
                 let (value, error) = with_error(self.value, self.error);
                 write!(f, "{value} ± {error}{unit}")
@@ -75,11 +78,16 @@ impl fmt::Display for Estimate {
 /// Returns an exact value with its unit, and with the bound of its rounding where the digits show it.
 pub fn exact_text([value, rounding]: [f64; 2], unit: Option<LengthUnit>, power: u32) -> String {
     let unit = unit::suffix(unit, power);
-    if rounding <= NOTICED * value {
+    if !is_noticed([value, rounding]) {
         return format!("{}{unit}", number(value));
     }
     let (value, rounding) = with_error(value, rounding);
     format!("{value} ± {rounding}{unit}")
+}
+
+/// Returns whether the digits of an exact value show its rounding.
+fn is_noticed([value, rounding]: [f64; 2]) -> bool {
+    rounding > NOTICED * value
 }
 
 /// Returns a value with the digits that its error makes significant, and the error with two digits.

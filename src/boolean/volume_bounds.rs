@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{BooleanOperation, Expression};
+use crate::mesh::Aabb;
 
 /// Known bounds of the volume and position of a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +34,11 @@ impl Expression {
             let (first, others) = operands.split_first().expect("an operation has operands");
             others.iter().fold(*first, |a, &b| corners_of_two(operation, a, b))
         })
+    }
+
+    /// Returns the volume of that box.
+    pub fn greatest_volume(&self, inputs: impl Fn(usize) -> Aabb) -> f64 {
+        box_volume(self.corners(|input| [inputs(input).min, inputs(input).max]))
     }
 }
 

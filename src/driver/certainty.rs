@@ -160,7 +160,7 @@ pub(super) fn certify(
     }
     let unit = solids[0].unit;
     if volume.method == Method::Exact {
-        let [lower, upper] = [volume.value - volume.error, volume.value + volume.error];
+        let [lower, upper] = volume.possible;
         // Zero without rounding is zero.
         let bounds = [lower.next_down().max(0.0), if upper > 0.0 { upper.next_up() } else { upper }];
         let mut certified = Certified::of(&job.certainty, bounds, unit)?;

@@ -15,6 +15,9 @@ const RESOLUTION: u32 = 128;
 /// Difference, as a share of the larger volume, above which there is a warning.
 const NOTEWORTHY: f64 = 1e-3;
 
+/// The code of the warning about a surface of which parts are inside out.
+pub const PARTS_INSIDE_OUT: &str = "parts-inside-out";
+
 /// The volumes that the two rules give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FillDifference {
@@ -58,8 +61,22 @@ impl FillDifference {
         if largest == 0.0 { 0.0 } else { (self.even_odd - self.non_zero).abs() / largest }
     }
 
-    /// Returns a warning if the rules differ by more than 0.1 %.
+    /// Returns a warning if the rules differ by more than 0.1 %, or if they agree on an exact volume that differs by as much from that
+    /// of the mesh.
     pub fn warning(&self, solid: &Solid, fill: FillRule) -> Option<Warning> {
+        let of_mesh = solid.volume.abs();
+        if self.share() <= NOTEWORTHY {
+            let is_off = self.is_exact && (self.even_odd - of_mesh).abs() > NOTEWORTHY * self.even_odd.max(of_mesh);
+            return is_off.then(|| {
+                let message = format!(
+                    "{}: parts of the surface are inside out and count against the mesh volume of {}; both fill rules give {}",
+                    solid.name(),
+                    number(solid.volume),
+                    number(self.even_odd),
+                );
+                Warning::new(PARTS_INSIDE_OUT, message)
+            });
+        }
         let &FillDifference { is_exact, even_odd, non_zero } = self;
         let used = match fill {
             FillRule::EvenOdd => "even-odd was used, in which overlaps cancel; --fill nonzero unites them",
@@ -71,13 +88,11 @@ impl FillDifference {
                 format!("on a coarse raster even-odd gives a volume of about {even_odd:.3e}, nonzero {non_zero:.3e}")
             }
         };
-        (self.share() > NOTEWORTHY).then(|| {
-            let message = format!(
-                "{}: shells overlap, and the fill rules differ by {:.2} %: {volumes}; {used}",
-                solid.name(),
-                100.0 * self.share(),
-            );
-            Warning::new("fill-rules-differ", message)
-        })
+        let message = format!(
+            "{}: shells overlap, and the fill rules differ by {:.2} %: {volumes}; {used}",
+            solid.name(),
+            100.0 * self.share(),
+        );
+        Some(Warning::new("fill-rules-differ", message))
     }
 }

@@ -17,9 +17,9 @@ use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{
     Boolean, ImageTarget, Input, Keep, MeasureJob, Measurement, MeshMethod, MeshRequest, Spacing, VolumeMethod,
 };
-use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume};
+use super::measured::{Measured, Method, Refinement, Seconds, SolidMeasures, Volume, negligible};
 use super::memory::Limit;
-use super::refine::{COARSEST, FINEST, RefinementEnd, UNMET, refine};
+use super::refine::{COARSEST, FINEST, RefinementEnd, TOLERANCE_NOT_REACHED, UNMET, refine};
 use super::work::work;
 use super::{exact_cost, machine, memory, raster, surface};
 use crate::boolean::VolumeBounds;
@@ -27,7 +27,8 @@ use crate::exact::{self, ExactMesh, ExactProperties, NotExact, Solution};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, MassProperties};
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, MassProperties, TriangleMesh, Unproved, first_crossing};
+use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler, SolidSums};
 use crate::surface::Coordinates;
@@ -116,16 +117,26 @@ pub fn measure(
     let (mut volume, measures) = match (&exact, &round) {
         (Ok(exact), round) if job.mode == Mode::Exact || round.is_none() => {
             let properties = &exact.properties;
-            let (volume, measures) = exactly(&properties.mass, round.as_ref().map(|round| round.volume));
+            let (volume, measures) = exactly(properties, round.as_ref().map(|round| round.volume));
             if let (Spacing::Tolerance(asked), None) = (spacing, round) {
-                refinement = Some(Refinement::of(asked, &volume, COARSEST));
+                let found = Refinement::of(asked, &volume, negligible(&solids), COARSEST);
+                let unreached = || {
+                    let [asked, came_to] = [asked, found.came_to].map(|share| number(100.0 * share));
+                    let message = format!(
+                        "--tolerance {asked} %: not reached by the exact volume, which is rounded by up to {came_to} % of it"
+                    );
+                    Warning::new(TOLERANCE_NOT_REACHED, message)
+                };
+                warnings.extend((!found.reached).then(unreached));
+                refinement = Some(found);
             }
             let measures = match job.measurement {
                 // The order of coincident faces is not defined: rays tell which of them bound the solid.
                 Measurement::Volume if properties.area_error > 0.0 => {
                     let choice = backends.choose(|| work(&[], &job.axes));
-                    let area = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
-                    Some(SolidMeasures { area, ..measures })
+                    let (area, area_error) = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
+                    let [least, most] = [-1.0, 1.0].map(|sign| measures.area + sign * properties.area_error);
+                    Some(SolidMeasures { area: area.max(least).min(most), area_error, ..measures })
                 }
                 Measurement::Volume => Some(measures),
                 _ => None,
@@ -279,13 +290,25 @@ fn exact_result(
     let (properties, solution) = match (insists, found) {
         (_, Ok(found)) => found,
         (Some(otherwise), Err(_)) => return Err(Error::input(format!("{outcome}; {otherwise}"))),
-        (None, Err(why)) => return Ok(Err(why)),
+        (None, Err(why)) => {
+            if let Some(NotExact { input, why: why @ Unproved::TooSmall }) = why {
+                let message = format!(
+                    "{}: {why}, so the volume is estimated; make the largest input smaller, or move the inputs nearer to one another",
+                    solids[input].name()
+                );
+                warnings.push(Warning::new("too-small", message));
+            }
+            return Ok(Err(why));
+        }
     };
     let mut mesh = None;
     if let (Some(request), Some(solution)) = (request, solution) {
         progress.stage("exact mesh")?;
         let meshing = Instant::now();
-        mesh = Some(exact_mesh(request, &solution, &properties.mass, solids));
+        let made = exact_mesh(request, &solution, &properties.mass, solids);
+        let has_overlaps = solution.has_own_overlaps();
+        warnings.extend(has_overlaps.then(|| crossing_walls(&made.mesh.mesh, &properties, solids)).flatten());
+        mesh = Some(made);
         let took = meshing.elapsed().as_secs_f64();
         seconds.operate += took;
         progress.detail(format_args!("exact mesh in {took:.4} s"));
@@ -319,14 +342,29 @@ fn exact_mesh(request: MeshRequest, solution: &Solution, mass: &MassProperties, 
     surface::Exact { mesh, precision, recentred }
 }
 
+/// Returns a warning if an exact mesh crosses itself, in walls between faces that lie on one another in one shell of an input.
+fn crossing_walls(mesh: &TriangleMesh, properties: &ExactProperties, solids: &[Solid]) -> Option<Warning> {
+    let crossing = first_crossing(&ClosedMesh::check(mesh.clone()).ok()?)?;
+    let names: Vec<String> =
+        properties.with_meeting_shells.iter().map(|&input| solids[input].name().to_string()).collect();
+    let message = format!(
+        "{}: faces of one shell lie on one another, so the exact mesh keeps walls of no thickness: {crossing}; --fill nonzero mostly \
+         leaves none, and neither does --mesh sampled",
+        names.join(", "),
+    );
+    Some(Warning::new("walls-left", message))
+}
+
 /// Returns the volume and the measures of a solid from sums over its triangles.
-fn exactly(sums: &MassProperties, rays: Option<VolumeEstimate>) -> (Volume, SolidMeasures) {
-    let &MassProperties { volume, volume_rounding, area, centroid, inertia } = sums;
-    let value = volume.max(0.0);
-    let exact = Some([value, volume_rounding]);
-    let possible = [(value - volume_rounding).max(0.0), value + volume_rounding];
-    let volume = Volume { value, error: volume_rounding, method: Method::Exact, exact, rays, possible };
-    (volume, SolidMeasures { area, centroid, inertia })
+fn exactly(properties: &ExactProperties, rays: Option<VolumeEstimate>) -> (Volume, SolidMeasures) {
+    let &ExactProperties {
+        mass: MassProperties { volume, volume_rounding: error, area, centroid, inertia },
+        possible,
+        ..
+    } = properties;
+    let exact = Some([volume, error]);
+    let volume = Volume { value: volume, error, method: Method::Exact, exact, rays, possible };
+    (volume, SolidMeasures { area, area_error: 0.0, centroid, inertia })
 }
 
 /// Returns the volume from images, clamped to the volumes that the inputs allow.
@@ -350,12 +388,12 @@ fn estimated_measures(
 ) -> Result<SolidMeasures, Error> {
     let measuring = Instant::now();
     let (centroid, inertia) = mean_moments(&round.moments);
-    let area = match round.shows_every_facet {
-        true => solid.mesh().area(),
+    let (area, area_error) = match round.shows_every_facet {
+        true => (solid.mesh().area(), 0.0),
         false => surface_area(job, solid, &round.grid, round.choice.sampler(), progress)?,
     };
     seconds.integrate += measuring.elapsed().as_secs_f64();
-    Ok(SolidMeasures { area, centroid, inertia })
+    Ok(SolidMeasures { area, area_error, centroid, inertia })
 }
 
 /// Returns warnings about solids whose volumes differ between the fill rules.
@@ -581,18 +619,38 @@ fn restrict(measurement: &Measurement, solids: &mut Vec<LatticeSolid>) {
 /// The most rays along the longest side for the share of a mesh's surface that bounds the solid.
 const AREA_RESOLUTION: u32 = 512;
 
-/// Returns the surface area: the area of the mesh, times the share of it that bounds the solid according to rays along the three
-/// axes. It is exact if no triangle lies inside. If no ray meets a triangle, the share is 1.
+/// Returns the surface area with an error estimate: the area of the mesh, times the share of it that bounds the solid according to
+/// rays along the three axes. It is exact if no triangle lies inside. If no ray meets a triangle, the share is 1. The error is the
+/// larger of the differences to the shares of two coarser rasters, of which that of the coarser one counts half.
 fn surface_area(
     job: &MeasureJob,
     solid: &Solid,
     used: &Grid,
     sampler: &dyn Sampler,
     progress: &Monitor,
-) -> Result<f64, Error> {
+) -> Result<(f64, f64), Error> {
     let rays = used.rays().into_iter().max().unwrap_or(1).min(AREA_RESOLUTION);
-    let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Error::input)?;
-    let lattice = solid.quantise(&grid)?;
+    let share = |coarser: f64| {
+        let rays = (f64::from(rays) / coarser).ceil() as u32;
+        let grid = Grid::with_resolution(solid.bounds(), rays, job.lod).map_err(Error::input)?;
+        surface_share(job, solid, &grid, sampler, progress)
+    };
+    let fine = share(1.0)?;
+    let [finer, coarser] = CHECK_PITCHES;
+    let error = (share(finer)? - fine).abs().max(0.5 * (share(coarser)? - fine).abs());
+    let area = solid.mesh().area();
+    Ok((area * fine, area * error))
+}
+
+/// Returns the share of a mesh's area that bounds the solid, according to rays along the three axes.
+fn surface_share(
+    job: &MeasureJob,
+    solid: &Solid,
+    grid: &Grid,
+    sampler: &dyn Sampler,
+    progress: &Monitor,
+) -> Result<f64, Error> {
+    let lattice = solid.quantise(grid)?;
     let mut total = SurfaceHits::default();
     for axis in Axis::ALL {
         progress.stage(format!("area, along {}", axis.name()))?;
@@ -608,8 +666,7 @@ fn surface_area(
             FillRule::NonZero => hits(FillRule::NonZero)?.boundary,
         };
     }
-    let share = if total.all > 0.0 { total.boundary / total.all } else { 1.0 };
-    Ok(solid.mesh().area() * share)
+    Ok(if total.all > 0.0 { total.boundary / total.all } else { 1.0 })
 }
 
 /// Returns centroid and inertia: the means over the images along different axes.

@@ -15,7 +15,7 @@ use super::input::Solid;
 use super::job::{Content, ImageTarget, Measurement, Spacing, SumOperation};
 use super::sum::BetweenRays;
 use super::surface::{self, Exact, Imaged, SurfaceReport};
-use super::write;
+use super::{raster, write};
 use crate::exact::NotExact;
 use crate::grid::Grid;
 use crate::integrate::VolumeEstimate;
@@ -155,6 +155,8 @@ impl Volume {
 pub struct SolidMeasures {
     /// The area of the surface of the solid; triangles inside it do not count.
     pub area: f64,
+    /// An estimate of the error of the area, where rays tell which triangles bound the solid; else 0.
+    pub area_error: f64,
     /// The centre of mass; NaN where there is no volume.
     pub centroid: DVec3,
     /// The inertia about the centroid, for unit density; NaN where there is no volume.
@@ -176,11 +178,10 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Compares the error of a volume with the requested share of it.
-    pub fn of(asked: f64, &Volume { value, error, method, .. }: &Volume, resolution: u32) -> Refinement {
-        // An exact volume of zero is rounded, too.
-        let is_nothing = error == 0.0 || method == Method::Exact && value.abs() <= error;
-        let came_to = if is_nothing { 0.0 } else { error / value.abs() };
+    /// Compares the error of a volume with the requested share of it. An error that is no larger than `negligible` is none: an exact
+    /// volume of zero is rounded, too.
+    pub fn of(asked: f64, &Volume { value, error, .. }: &Volume, negligible: f64, resolution: u32) -> Refinement {
+        let came_to = if error <= negligible { 0.0 } else { error / value.abs() };
         Refinement { asked, came_to, reached: came_to <= asked, resolution }
     }
 }
@@ -315,7 +316,8 @@ impl Measured {
             let writing = Instant::now();
             let (surface, found) = match (target.content, self.exact_mesh.take()) {
                 (Content::Mesh(finish), Some(exact)) => {
-                    let (report, found) = surface::write_exact(exact, self.unit, &target.path, finish, progress)?;
+                    let (report, found) =
+                        surface::write_exact(exact, &self.volume, self.unit, &target.path, finish, progress)?;
                     (Some(report), found)
                 }
                 _ => write::images(target, &self.imaged(), progress)?,
@@ -326,6 +328,7 @@ impl Measured {
                 None => Some(target.path.clone()),
             };
             self.surface = surface;
+            warnings.extend(self.mesh_off());
             self.seconds.write += writing.elapsed().as_secs_f64();
         }
         (self.images, self.normals) = (Vec::new(), Vec::new());
@@ -334,6 +337,27 @@ impl Measured {
         self.seconds.total = start.elapsed().as_secs_f64();
         self.add_warnings();
         Ok(self)
+    }
+
+    /// Returns a warning if the exact mesh encloses another volume than the exact one, by more than that is
+    /// rounded, as the numbers of the file round its vertices.
+    fn mesh_off(&self) -> Option<Warning> {
+        let report = self.surface.as_ref().filter(|report| report.path.is_some())?;
+        if report.sampled().is_some() || report.dropped.parts > 0 {
+            return None;
+        }
+        let Volume { value, error, .. } = self.volume;
+        let off = (report.volume - value).abs();
+        if off <= error + (MESH_OFF * value).max(negligible(&self.solids)) {
+            return None;
+        }
+        let message = format!(
+            "the mesh encloses {}, which is off the exact volume by {} %, as so far from the origin the numbers of the file round the \
+             coordinates of its vertices; add --recentre, or write a format of 64-bit numbers",
+            number(report.volume),
+            number(100.0 * off / value),
+        );
+        Some(Warning::new("mesh-rounded", message))
     }
 
     /// Adds warnings about numbers that are imprecise or not finite.
@@ -390,23 +414,35 @@ impl Measured {
     /// Returns a warning if the rounding of an exact volume is a noticeable part of it, as beside an input that is far larger.
     fn rounded(&self) -> Option<Warning> {
         let Volume { value, error, .. } = self.volume;
-        // Solids that are equal, or touch, have nothing between them but rounding.
-        let least = self.solids.iter().map(|solid| solid.volume.abs()).fold(f64::INFINITY, f64::min);
-        if error <= ROUNDED_ABOVE * value || error <= NEGLIGIBLE * least {
+        if error <= ROUNDED_ABOVE * value || error <= negligible(&self.solids) {
             return None;
         }
         let unit = unit::suffix(self.unit, 3);
+        let longest = |solid: &&Solid| solid.bounds().extent().max_element();
+        let largest = self.solids.iter().max_by(|a, b| longest(a).total_cmp(&longest(b)))?;
         let message = format!(
-            "the exact volume is rounded by at most {}{unit}, as the coordinates of all inputs are rounded to about 1e-12 of the \
-             longest side of the box around them; make the largest input smaller for more digits",
+            "the exact volume is rounded by at most {}{unit}, as all coordinates are rounded to about 1e-12 of the longest side of \
+             the box around all inputs, {}; for more digits, make the largest input, {}, smaller, or move the inputs nearer to one \
+             another",
             rounded_up(error),
+            unit::rounded(raster::common_box(&self.solids).extent().max_element(), self.unit),
+            largest.name(),
         );
         Some(Warning::new(IMPRECISE, message))
     }
 }
 
+/// Returns the rounding of an exact volume that is never worth a warning: solids that are equal, or touch, have nothing between them
+/// but rounding.
+pub(super) fn negligible(solids: &[Solid]) -> f64 {
+    NEGLIGIBLE * solids.iter().map(|solid| solid.volume.abs()).fold(f64::INFINITY, f64::min)
+}
+
 /// Rounding of an exact volume, as a share of it, above which there is a warning.
 const ROUNDED_ABOVE: f64 = 1e-5;
+
+/// Difference of the volumes of an exact mesh and of the solid, as a share of the latter, above which there is a warning.
+const MESH_OFF: f64 = 1e-3;
 
 /// Rounding of an exact volume, as a share of the smallest input, that is never worth a warning.
 const NEGLIGIBLE: f64 = 1e-9;

@@ -29,7 +29,7 @@ pub struct RefinementEnd {
 impl RefinementEnd {
     /// Compares the error of the estimate with the tolerance. Returns a warning if that is not reached.
     pub fn judge(&self) -> (Refinement, Option<Warning>) {
-        let refinement = Refinement::of(self.tolerance, &self.volume, self.resolution);
+        let refinement = Refinement::of(self.tolerance, &self.volume, 0.0, self.resolution);
         let warning = || Warning::new(TOLERANCE_NOT_REACHED, format!("{refinement}{}", self.failure));
         (refinement, (!refinement.reached).then(warning))
     }
@@ -54,7 +54,7 @@ pub fn refine<R>(
     let mut result = round(resolution)?;
     loop {
         let volume = volume(&result);
-        let is_reached = Refinement::of(tolerance, &volume, resolution).reached;
+        let is_reached = Refinement::of(tolerance, &volume, 0.0, resolution).reached;
         let failure = match !is_reached && resolution < most(&result) {
             true => match round(2 * resolution) {
                 Ok(finer) => {

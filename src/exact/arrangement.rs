@@ -16,11 +16,11 @@ use super::stars::Stars;
 use super::sums::Sums;
 use super::triple::Triples;
 use super::windings::Windings;
-use super::{ExactProperties, Growth, NotExact, Rule, fronts, growth, result};
+use super::{Growth, NotExact, Rule, fronts, growth, result};
 use crate::boolean::Expression;
 use crate::cancel::checkpoint;
 use crate::mesh::meet::{are_parted, widest_axis};
-use crate::mesh::{self, Aabb, ClosedMesh, Unproved};
+use crate::mesh::{self, Aabb, ClosedMesh, MassProperties, Unproved};
 use crate::surface::Coordinates;
 
 /// How far a crossing may be from faces as given, in lattice steps: half a step along each axis, as points are rounded to the lattice,
@@ -35,7 +35,7 @@ pub(super) struct Arrangement {
     segments: Vec<Segment>,
     coincident: Vec<Coincident>,
     /// The area in which faces of one body overlap, in square lattice steps.
-    own_overlap: f64,
+    pub own_overlap: f64,
     crossings: Crossings,
     triples: Triples,
     windings: Windings,
@@ -161,8 +161,8 @@ impl Arrangement {
         result::surface(&pieces, place, (precision, ERROR * self.lattice.step))
     }
 
-    /// Returns the properties of the result, once nothing is unproved.
-    pub fn properties(&self, rule: &Rule) -> ExactProperties {
+    /// Returns the properties of the result, once nothing is unproved, and a bound on the error of the area.
+    pub fn mass_properties(&self, rule: &Rule) -> (MassProperties, f64) {
         let bodies = &self.bodies;
         let sums = Sums::of(&self.pieces(rule));
         let mut mass = sums.mass_properties(&self.lattice, bodies);
@@ -177,7 +177,7 @@ impl Arrangement {
                 area_error = 2.0 * square * overlap;
             }
         }
-        ExactProperties { mass, area_error, with_meeting_shells: Vec::new() }
+        (mass, area_error)
     }
 }
 

@@ -83,10 +83,30 @@ pub struct ExactProperties {
     /// Volume, area, centroid and inertia. [`MassProperties::volume_rounding`] bounds the rounding of coordinates, of positions and
     /// of sums.
     pub mass: MassProperties,
+    /// The least and the greatest volume that this rounding and the boxes of the inputs allow.
+    pub possible: [f64; 2],
     /// A bound on the error of the area, from coincident faces of one shell or of more than two, whose order is not defined.
     pub area_error: f64,
     /// The inputs whose shells overlap, touch or meet themselves, or have triangles without area, so that the fill rules may differ.
     pub with_meeting_shells: Vec<usize>,
+}
+
+impl ExactProperties {
+    /// Returns the properties of a solid that lies in a box of the given volume.
+    fn within(greatest: f64, mut mass: MassProperties, area_error: f64, with_meeting_shells: Vec<usize>) -> Self {
+        let MassProperties { volume, volume_rounding: rounding, .. } = mass;
+        // The box is rounded.
+        let greatest = greatest * (1.0 + 8.0 * f64::EPSILON);
+        let inside = |volume: f64| match volume {
+            below if below < 0.0 => 0.0,
+            above if above > greatest => greatest,
+            inside_or_nan => inside_or_nan,
+        };
+        let possible @ [least, most] = [volume - rounding, volume + rounding].map(inside);
+        mass.volume = inside(volume);
+        mass.volume_rounding = rounding.min((mass.volume - least).max(most - mass.volume));
+        ExactProperties { mass, possible, area_error, with_meeting_shells }
+    }
 }
 
 /// Returns volume, area, centroid and inertia of an expression over closed meshes, whose unit is the same.
@@ -172,7 +192,15 @@ impl<'a> Solution<'a> {
         let has_meeting_shells = |&(_, &number): &(usize, &usize)| self.wholeness[number] != Wholeness::Whole;
         let numbers = self.inputs.numbers.iter().enumerate();
         let with_meeting_shells = numbers.filter(has_meeting_shells).map(|(input, _)| input).collect();
-        ExactProperties { with_meeting_shells, ..self.arrangement.properties(&self.rule()) }
+        let (mass, area_error) = self.arrangement.mass_properties(&self.rule());
+        let greatest = self.expression.greatest_volume(|input| self.inputs.meshes[input].bounds());
+        ExactProperties::within(greatest, mass, area_error, with_meeting_shells)
+    }
+
+    /// Returns whether faces of one shell lie on one another. Their order is not defined: the area of the result is not exact, and its
+    /// mesh may keep walls of no thickness between them, which cross others.
+    pub fn has_own_overlaps(&self) -> bool {
+        self.arrangement.own_overlap > 0.0
     }
 
     /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
@@ -227,7 +255,7 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
             // Inside-out, a whole solid is the same solid.
             let sign = mass.volume.signum();
             (mass.volume, mass.inertia) = (sign * mass.volume, sign * mass.inertia);
-            Ok(ExactProperties { mass, area_error: 0.0, with_meeting_shells: Vec::new() })
+            Ok(ExactProperties::within(mesh.bounds().extent().element_product(), mass, 0.0, Vec::new()))
         }
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
             let (inputs, expression) = (Distinct::of(&[mesh]), Expression::input(0));

@@ -28,6 +28,7 @@ use super::{ClosedMesh, TriangleMesh, check};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 use crate::face_tree::FaceTree;
+use crate::number::number;
 use crate::union_find::UnionFind;
 
 /// The reason why the winding number of a mesh is not proved to be 0 or 1.
@@ -61,6 +62,8 @@ pub enum Unproved {
         /// The largest of the triangles.
         triangle: usize,
     },
+    /// Many triangles are smaller than the steps to which coordinates are rounded, as beside a far larger solid.
+    TooSmall,
     /// The mesh encloses no volume.
     NoVolume,
 }
@@ -74,7 +77,7 @@ impl Unproved {
             Unproved::Flat { triangle } => Unproved::Flat { triangle: number(triangle as u32) as usize },
             Unproved::Touches { triangle } => Unproved::Touches { triangle: number(triangle as u32) as usize },
             Unproved::TooThin { triangle } => Unproved::TooThin { triangle: number(triangle as u32) as usize },
-            Unproved::NotOriented | Unproved::NoVolume => self,
+            Unproved::NotOriented | Unproved::TooSmall | Unproved::NoVolume => self,
         }
     }
 }
@@ -88,6 +91,12 @@ impl fmt::Display for Unproved {
             Unproved::Flat { triangle } => write!(f, "the corners of triangle {triangle} lie on a line"),
             Unproved::Touches { triangle } => write!(f, "triangle {triangle} touches others of its shell"),
             Unproved::TooThin { triangle } => write!(f, "triangle {triangle} is too thin"),
+            Unproved::TooSmall => {
+                write!(
+                    f,
+                    "many of its triangles are smaller than the steps to which the coordinates of all inputs are rounded"
+                )
+            }
             Unproved::NoVolume => write!(f, "it encloses no volume"),
         }
     }
@@ -126,11 +135,19 @@ pub struct SelfCrossing {
     pub at: DVec3,
 }
 
+impl fmt::Display for SelfCrossing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let SelfCrossing { triangles: [a, b], at } = self;
+        let [x, y, z] = at.to_array().map(number);
+        write!(f, "triangles {a} and {b} cross near ({x}, {y}, {z})")
+    }
+}
+
 /// Returns the first place where a surface passes through itself: triangles that have corners on both sides of each other and more than
 /// a point in common. `None` if it does so nowhere, though it may touch itself in points, along lines and over areas.
 ///
-/// The first is that of the hierarchy's order. Surfaces that pass through each other along sides of both alone are not found. It takes about as long as [`prove_simple`], and the
-/// result does not depend on threads.
+/// The first is that of the hierarchy's order. Surfaces that pass through each other along sides of both alone are not found. It takes
+/// about as long as [`prove_simple`], and the result does not depend on threads.
 pub fn first_crossing(mesh: &ClosedMesh) -> Option<SelfCrossing> {
     let tree = tree_of(mesh);
     let facet = |place: usize| {

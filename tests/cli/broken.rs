@@ -34,6 +34,62 @@ fn solids_that_meet_themselves_are_told() {
     }
 }
 
+/// A prism over a polygon that may cross itself, with caps of fans from its first corner.
+fn prism(outline: &[[f64; 2]]) -> Vec<Triangle> {
+    let at = |i: usize, z: f64| {
+        let [x, y] = outline[i % outline.len()];
+        [x, y, z]
+    };
+    let caps = (1..outline.len() - 1)
+        .flat_map(|i| [[at(0, 0.0), at(i + 1, 0.0), at(i, 0.0)], [at(0, 1.0), at(i, 1.0), at(i + 1, 1.0)]]);
+    let sides = (0..outline.len()).flat_map(|i| {
+        let [a, b, c, d] = [at(i, 0.0), at(i + 1, 0.0), at(i + 1, 1.0), at(i, 1.0)];
+        [[a, b, c], [a, c, d]]
+    });
+    caps.chain(sides).collect()
+}
+
+#[test]
+fn walls_between_faces_of_a_star_that_lie_on_one_another_are_told() {
+    let folder = Folder::new();
+    let corner = |i: usize| (0.8 * std::f64::consts::PI * i as f64).sin_cos();
+    let star: Vec<[f64; 2]> = (0..5).map(corner).map(|(y, x)| [x, y]).collect();
+    folder.stl("star.stl", &prism(&star));
+    folder.stl("cube.stl", &cube(0.0, 1.0));
+    let unite = ["union", "star.stl", "cube.stl", "-o", "out.obj"];
+    folder.run(&unite).code(0).warns(&["star.stl: faces of one shell lie on one another", "cross near (", "nonzero"]);
+    let others = [&["--fill", "nonzero"][..], &["--mesh", "sampled"]];
+    for other in others {
+        let json = folder.json(&[&unite[..], other].concat());
+        assert!(!warning_codes(&json).contains(&"walls-left"), "{json}");
+        assert!(
+            !warning_codes(&folder.json(&["check", "out.obj"])["results"][0]).contains(&"meets-itself"),
+            "{other:?}"
+        );
+    }
+    // Rays tell which of the faces bound the solid: five points without the pentagon between them.
+    let json = folder.json(&["volume", "star.stl"]);
+    let [area, error, volume] =
+        [&json["area"], &json["area_error"], &json["volume"]["value"]].map(|v| v.as_f64().unwrap());
+    let outline = 5.0 * 2.0 * 72f64.to_radians().sin();
+    assert!((area - (2.0 * volume + outline)).abs() <= error && error < 0.01 * area, "{json}");
+    assert!(folder.run(&["volume", "star.stl"]).code(0).stdout().contains(" ± "));
+    // Where no faces coincide, the area is exact.
+    assert_eq!(folder.json(&["volume", "cube.stl"])["area_error"], 0.0);
+}
+
+#[test]
+fn lobes_that_are_inside_out_are_told() {
+    let folder = Folder::new();
+    folder.stl("bow.stl", &prism(&[[0.0, 0.0], [3.0, 3.0], [3.0, 0.0], [0.0, 1.0]]));
+    // Lobes of 0.375 and 3.375, of which one counts against the other.
+    let json = folder.json(&["volume", "bow.stl"]);
+    assert!(warning_codes(&json).contains(&"parts-inside-out"), "{json}");
+    let words = ["bow.stl: parts of the surface are inside out", "mesh volume of -3", "both fill rules give 3.75"];
+    folder.run(&["volume", "bow.stl"]).code(0).warns(&words);
+    folder.run(&["check", "bow.stl"]).code(1).warns(&["triangles ", "cross near (0.75, 0.75"]);
+}
+
 #[test]
 fn a_mesh_with_a_missing_triangle_is_refused_with_all_defects() {
     let folder = Folder::new();

@@ -77,14 +77,58 @@ fn beside_a_tool_of_a_million_times_its_size_half_of_a_solid_is_left() {
         // The size of a tool that is scaled tells nothing about its unit.
         assert_eq!(warning_codes(&result), if is_warned { vec!["imprecise"] } else { vec![] }, "{result}");
         if is_warned {
-            let run = folder.run(&all).code(0).warns(&["rounded by at most", "make the largest input smaller"]);
-            assert!(run.stdout().contains(" ± "), "{}", run.stdout());
+            let run =
+                folder.run(&all).code(0).warns(&["rounded by at most", "make the largest input, tool.stl, smaller"]);
+            assert!(
+                run.stdout().contains(" ± ") && run.stdout().contains("(exact within rounding)"),
+                "{}",
+                run.stdout()
+            );
         }
     }
+    // No volume is beyond what the box around the result holds.
+    let all = ["difference", "block.stl", "tool.stl", "--bounds", "--transform-b", "scale(1e11) translate(-5e11,0,0)"];
+    let volume = &folder.json(&[&all[..], &["--tolerance", "99%"]].concat())["volume"];
+    let [at_least, at_most, lower, upper] =
+        ["at_least", "at_most", "lower", "upper"].map(|k| volume[k].as_f64().unwrap());
+    assert!(lower <= at_least && at_least < at_most && at_most <= upper && upper <= 180_000.001, "{volume}");
+    let run = folder.run(&[&all[..], &["--tolerance", "1e-9"]].concat()).code(1);
+    run.warns(&["--tolerance 1e-7 %: not reached by the exact volume"])
+        .warns(&["make the largest input, tool.stl, smaller"]);
     // What has no volume has no mesh, either.
     let none =
         ["difference", "block.stl", "block.stl", "--transform-b", "scale(1.5) translate(-1,-1,-1)", "-o", "none.stl"];
     folder.run(&none).code(1).warns(&["the result is empty"]);
+}
+
+#[test]
+fn meshes_that_rounding_changes_or_takes_are_told() {
+    let folder = Folder::new();
+    folder.stl("block.stl", &cuboid([0.0; 3], [100.0, 60.0, 30.0]));
+    folder.stl("tool.stl", &cube(-5.0, 10.0));
+    let halve = |x: &str, more: &[&str]| {
+        let places = [
+            "--transform-a",
+            &format!("translate({x},0,0)"),
+            "--transform-b",
+            &format!("scale(15) translate({x},0,0)"),
+        ];
+        folder.run(&[&["intersect", "block.stl", "tool.stl"], &places[..], more].concat())
+    };
+    // At these distances, 32-bit numbers are 1 and 8 apart.
+    let words = ["the mesh encloses ", "is off the exact volume by ", "--recentre", "64-bit numbers"];
+    halve("12345678.5", &["-o", "half.stl"]).code(0).warns(&words);
+    halve("1e8", &["-o", "none.stl"]).code(1).warns(&["no mesh was written", "so far from the origin", "--recentre"]);
+    for more in [&["-o", "half.stl", "--recentre"][..], &["-o", "half.obj"]] {
+        let run = halve("12345678.5", more).code(0);
+        assert!(!run.stderr().contains("the mesh encloses"), "{}", run.stderr());
+    }
+    // Triangles below the steps of the lattice in such numbers that their pairs fill the memory.
+    let generate = ["generate", "geodesic", "--frequency", "64", "-o", "fine.stl"];
+    folder.run(&generate).code(0);
+    let placement = "scale(1e12) rotate(0,0,1,30) translate(4330127018950,2500000000000,15)";
+    let cut = ["difference", "fine.stl", "tool.stl", "--transform-b", placement];
+    folder.run(&cut).code(0).warns(&["fine.stl: many of its triangles are smaller", "so the volume is estimated"]);
 }
 
 #[test]

@@ -32,14 +32,21 @@ impl Piece {
         Some(Piece { corners: corners.to_vec(), faces: faces.to_vec() })
     }
 
+    /// Returns the piece with coordinates that are larger by a factor.
+    pub fn scaled(mut self, factor: i128) -> Piece {
+        self.corners.iter_mut().for_each(|corner| *corner = corner.map(|x| factor * x));
+        self
+    }
+
     /// Returns the planes (n, o) of the faces, with n · x ≤ o inside, each plane once.
     fn planes(&self) -> Vec<([i128; 3], i128)> {
         let mut planes: Vec<([i128; 3], i128)> = Vec::new();
         for face in &self.faces {
             let [a, b, c] = face.map(|i| self.corners[i]);
             let normal = cross(minus(b, a), minus(c, a));
-            let divisor = normal.iter().fold(dot(normal, a), |d, &x| gcd(d, x)).abs();
-            let plane = (normal.map(|n| n / divisor), dot(normal, a) / divisor);
+            let divisor = normal.iter().fold(0, |d, &x| gcd(d, x)).abs();
+            let normal = normal.map(|n| n / divisor);
+            let plane = (normal, dot(normal, a));
             if !planes.contains(&plane) {
                 planes.push(plane);
             }

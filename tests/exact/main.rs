@@ -206,6 +206,52 @@ proptest! {
     }
 }
 
+/// The unit of small pieces whose corners mostly lie between the points of a lattice around a far larger one.
+const UNIT: i128 = 1_000_003;
+
+/// A cuboid of which a corner lies among those of small pieces, in their unit, and whose sides are 2^44 to 2^49 long.
+fn far_larger_cuboid() -> impl Strategy<Value = (Piece, f64)> {
+    let corner = [0..5 * UNIT, 0..5 * UNIT, 0..5 * UNIT];
+    (corner, [any::<bool>(), any::<bool>(), any::<bool>()], 44u32..50).prop_map(|(corner, is_below, bits)| {
+        let side = (1i128 << bits) - 1;
+        let low = [0, 1, 2].map(|i| if is_below[i] { corner[i] - side } else { corner[i] });
+        // Of 2^40 steps along twice the side, at most.
+        (Piece::cuboid(low, [side; 3]), 2f64.powi(bits as i32 + 1 - 39))
+    })
+}
+
+proptest! {
+    #![proptest_config(cases(150))]
+
+    #[test]
+    fn corners_between_lattice_points_move_volumes_by_no_more_than_the_bound(
+        first in shells(1, 1..3), second in piece(), (larger, step) in far_larger_cuboid(),
+    ) {
+        let others = [second.scaled(UNIT), larger].into_iter().zip(1..);
+        let others = others.map(|(piece, solid)| Shell { solid, piece, is_inverted: false });
+        let first = first.into_iter().map(|shell| Shell { piece: shell.piece.scaled(UNIT), ..shell });
+        let shells: Vec<Shell> = first.chain(others).collect();
+        let inputs = meshes(&shells, 3);
+        let inputs: Vec<&ClosedMesh> = inputs.iter().collect();
+        for text in ["(a | b) & c", "(a ^ b) - c", "a & b & c", "a & (b | c)", "(a - c) ^ (b & c)"] {
+            let expression = Expression::parse(text, &["a", "b", "c"]).unwrap();
+            for fill in [FillRule::EvenOdd, FillRule::NonZero] {
+                let found = Solution::of(&inputs, &expression, fill).unwrap().properties();
+                let MassProperties { volume, volume_rounding: bound, .. } = found.mass;
+                let expected = rational_volume(&shells, 3, &expression, fill).to_f64().unwrap();
+                let [least, greatest] = found.possible;
+                assert!(
+                    (volume - expected).abs() <= bound && (least..=greatest).contains(&expected),
+                    "{text} {fill:?}: {volume} instead of {expected}, with a bound of {bound}, for {shells:?}"
+                );
+                // Few faces move, each by less than a step, in a region that the small pieces limit.
+                let widest = 5.0 * UNIT as f64 + step;
+                assert!(bound <= 200.0 * step * widest * widest && greatest <= 1.01 * widest.powi(3), "{text}: {bound}");
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(cases(400))]
 

@@ -184,6 +184,7 @@ fn one_measured(result: &Measured) -> Value {
     }
     if let Some(measures) = &result.measures {
         object["area"] = json!(measures.area);
+        object["area_error"] = json!(measures.area_error);
         object["centroid"] = json!(measures.centroid.to_array());
         object["inertia"] = json!(measures.inertia.transpose().to_cols_array_2d());
     }

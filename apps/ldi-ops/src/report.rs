@@ -13,8 +13,8 @@ use ldi_ops::driver::render::Rendered;
 use ldi_ops::driver::sum::BetweenRays;
 use ldi_ops::driver::surface::{Made, SampledReport, SimplifiedReport, SurfaceReport};
 use ldi_ops::grid::Axis;
-use ldi_ops::mesh::LengthUnit;
 use ldi_ops::mesh::check::Severity;
+use ldi_ops::mesh::{Aabb, LengthUnit};
 use ldi_ops::number::{digits, number};
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::id::{self, MetricId, Statistic};
@@ -289,12 +289,29 @@ fn certified(table: &mut Table, result: &Measured) {
 fn measures(table: &mut Table, result: &Measured) {
     let length = unit::suffix(result.unit, 1);
     if let Some(measures) = &result.measures {
-        table.line("area", format_args!("{}{}", number(measures.area), unit::suffix(result.unit, 2)));
+        let (area, squared) = (measures.area, unit::suffix(result.unit, 2));
+        table.line(
+            "area",
+            match measures.area_error {
+                0.0 => format!("{}{squared}", number(area)),
+                error => {
+                    let (area, error) = with_error(area, error);
+                    format!("{area} ± {error}{squared}")
+                }
+            },
+        );
         if measures.centroid.is_finite() {
-            table.line("centroid", format_args!("{}{length}", vector(measures.centroid)));
+            let Aabb { min, max } = result.solids[0].bounds();
+            let size = min.abs().max(max.abs()).max_element();
+            table.line("centroid", format_args!("{}{length}", vector(without_noise(measures.centroid, size))));
+            let greatest =
+                measures.inertia.to_cols_array().into_iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
             for (i, row) in [0, 1, 2].map(|row| measures.inertia.row(row)).into_iter().enumerate() {
                 let suffix = unit::suffix(result.unit, 5);
-                table.line(if i == 0 { "inertia" } else { "" }, format_args!("{}{suffix}", vector(row)));
+                table.line(
+                    if i == 0 { "inertia" } else { "" },
+                    format_args!("{}{suffix}", vector(without_noise(row, greatest))),
+                );
             }
         }
     }
@@ -344,11 +361,11 @@ fn making(table: &mut Table, result: &Measured) {
     if let Some(refinement) = &result.refinement {
         let reached = if refinement.reached { "reached" } else { "NOT reached" };
         let (asked, came_to) = (number(100.0 * refinement.asked), number(100.0 * refinement.came_to));
-        let rays = refinement.resolution;
-        table.line(
-            "tolerance",
-            format_args!("{asked} % {reached}: {came_to} % with {rays} rays along the longest side"),
-        );
+        let by = match result.volume.method {
+            Method::Exact => "by the exact volume".to_owned(),
+            Method::Estimate(_) => format!("with {} rays along the longest side", refinement.resolution),
+        };
+        table.line("tolerance", format_args!("{asked} % {reached}: {came_to} % {by}"));
     }
     if let Some(report) = &result.surface {
         let [mesh, quality] = surface(report, result.unit);
@@ -643,6 +660,14 @@ fn bytes(size: u64) -> String {
         None => format!("{size} bytes"),
     }
 }
+
+/// Returns a vector in which entries that are small beside others of a given size, as rounding leaves for 0, are 0.
+fn without_noise(vector: DVec3, size: f64) -> DVec3 {
+    vector.map(|entry| if entry.abs() < NOISE * size { 0.0 } else { entry })
+}
+
+/// Rounding of sums, as a share of the greatest term.
+const NOISE: f64 = 1e-14;
 
 fn vector(vector: DVec3) -> String {
     let [x, y, z] = vector.to_array().map(number);

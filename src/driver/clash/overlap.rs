@@ -112,9 +112,8 @@ pub fn overlap(
     let closed = parts.map(|part| part.closed().expect("parts are closed"));
     match exact::mass_properties(&closed, &expression, settings.fill) {
         Ok(found) => {
-            let (value, rounding) = (found.mass.volume.max(0.0), found.mass.volume_rounding);
-            let (lower, upper) = ((value - rounding).max(0.0), value + rounding);
-            let volume = Overlap { value, lower, upper, method: OverlapMethod::Exact };
+            let [lower, upper] = found.possible;
+            let volume = Overlap { value: found.mass.volume, lower, upper, method: OverlapMethod::Exact };
             Ok(Some(Found { volume, with_meeting_shells: found.with_meeting_shells, warnings: Vec::new() }))
         }
         Err(_) if room.beside > 0 && is_sampled_alone(settings) => Ok(None),

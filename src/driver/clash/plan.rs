@@ -9,6 +9,7 @@ use super::compare::{self, Comparison, WITHIN_ROUNDING};
 use super::rules::{self, Limits};
 use super::{ClashSeconds, Clashes, Pair, Part, Relation, Settings};
 use crate::clash::{near_pairs, tiles};
+use crate::driver::fill::PARTS_INSIDE_OUT;
 use crate::driver::measured::{IMPRECISE, NOT_RESOLVED};
 use crate::driver::refine::TOLERANCE_NOT_REACHED;
 use crate::mesh::{Aabb, LengthUnit};
@@ -65,11 +66,12 @@ pub struct ComparedPair {
 }
 
 /// The codes of the warnings about a pair.
-const WARNINGS: [&str; 6] = [
+const WARNINGS: [&str; 7] = [
     "exact-volume-memory",
     "fill-rules-differ",
     IMPRECISE,
     NOT_RESOLVED,
+    PARTS_INSIDE_OUT,
     TOLERANCE_NOT_REACHED,
     WITHIN_ROUNDING,
 ];

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::job::Finish;
+use super::measured::Volume;
 use super::output::write_notes;
 use crate::exact::ExactMesh;
 use crate::mesh::io::Format;
@@ -105,16 +106,25 @@ pub fn write(
     Ok((report, [warnings, notes].concat()))
 }
 
-/// Writes an exact mesh, unless it is empty. Returns its report and warnings.
+/// Writes an exact mesh, unless it is empty, of a result with an exact volume. Returns its report and warnings.
 pub fn write_exact(
     exact: Exact,
+    &Volume { value, error, possible: [_, greatest], .. }: &Volume,
     unit: Option<LengthUnit>,
     path: &Path,
     finish: Finish,
     progress: &Monitor,
 ) -> Result<(SurfaceReport, Vec<Warning>), Error> {
     let (mesh, report) = exact.finished(finish, progress)?;
-    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", "the result is empty".to_owned()));
+    let why = match value > error {
+        _ if greatest == 0.0 => "the result is empty",
+        false => "the result is empty, or thinner than coordinates are rounded",
+        true => {
+            "the result is thinner than the numbers of the file round coordinates so far from the origin; add --recentre, or write a \
+                 format of 64-bit numbers"
+        }
+    };
+    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", why.to_owned()));
     written(path, &mesh, report, (unit, refusal), progress)
 }
 

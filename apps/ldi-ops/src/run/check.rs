@@ -6,8 +6,7 @@ use glam::DVec3;
 use ldi_ops::driver::input;
 use ldi_ops::driver::size;
 use ldi_ops::mesh::check::{MeshReport, check};
-use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, SelfCrossing, TriangleMesh, Unproved, first_crossing, prove_simple};
-use ldi_ops::number::number;
+use ldi_ops::mesh::{Aabb, ClosedMesh, LengthUnit, TriangleMesh, Unproved, first_crossing, prove_simple};
 use ldi_ops::{Error, Warning};
 
 use super::{Each, Finished, Outcome, Refused, say_warnings};
@@ -21,7 +20,7 @@ pub struct Checked {
     pub sha256: Option<String>,
     pub unit: Option<LengthUnit>,
     pub report: MeshReport,
-    /// The warnings of the reader, and those about a solid that meets itself.
+    /// The warnings of the reader, and those about a surface that meets itself.
     pub warnings: Vec<Warning>,
 }
 
@@ -53,24 +52,20 @@ fn check_file(path: &Path, job: &CheckJob) -> Result<Checked, Error> {
     let extent = report.bounds.map_or(DVec3::ZERO, Aabb::extent);
     warnings.extend(size::unit_ignored(path, read.file.unit, job.unit, extent));
     let unit = read.file.unit.or(job.unit);
-    if report.is_solid() {
-        warnings.extend(meets_itself(path, read.file.mesh));
-    }
+    warnings.extend(meets_itself(path, read.file.mesh));
     Ok(Checked { path: path.to_path_buf(), sha256: read.sha256, unit, report, warnings })
 }
 
-/// Returns a warning if triangles of a solid meet elsewhere than in corners and sides that they share.
+/// Returns a warning if triangles of a closed mesh meet elsewhere than in corners and sides that they share.
 fn meets_itself(path: &Path, mesh: TriangleMesh) -> Option<Warning> {
     let closed = ClosedMesh::check(mesh).ok()?;
     let Unproved::TrianglesMeet { triangles: [a, b] } = prove_simple(&closed).err()? else { return None };
     let what = match first_crossing(&closed) {
-        Some(SelfCrossing { triangles: [a, b], at }) => format!(
-            "triangles {a} and {b} cross near ({}, {}, {}): where the surface passes through itself, the fill rule decides what is \
-             inside (--fill)",
-            number(at.x),
-            number(at.y),
-            number(at.z)
-        ),
+        Some(crossing) => {
+            format!(
+                "{crossing}: where the surface passes through itself, the fill rule decides what is inside (--fill)"
+            )
+        }
         None => format!(
             "triangles {a} and {b} touch or lie on one another, and none cross: the fill rule decides what is inside only where parts of \
              the solid overlap (--fill)"
