@@ -327,6 +327,15 @@ mod tests {
             .prop_map(|all| all.into_iter().map(|(x, y, z)| DVec3::new(x.into(), y.into(), z.into())).collect())
     }
 
+    #[test]
+    fn the_point_of_a_needle_next_to_the_origin_is_no_farther_than_its_sides() {
+        // The weights of the foot of the perpendicular are rounding.
+        for lift in [0.0, 1e-9, 1e-3] {
+            let needle = [DVec3::new(-1e9, 1.0, 0.0), DVec3::new(1e9, 1.0, 0.0), DVec3::new(1.0, 1.0 + lift, lift)];
+            assert!(closest_to_origin(needle).length() <= 1.0 + 1e-6, "{lift}");
+        }
+    }
+
     proptest! {
         #[test]
         fn distance_to_a_triangle_agrees_with_a_raster_of_points(places in places(4)) {

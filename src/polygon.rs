@@ -10,10 +10,10 @@ pub struct Polygon<const MOST: usize> {
 
 impl<const MOST: usize> Polygon<MOST> {
     /// Returns a triangle.
-    pub fn of(triangle: [[i32; 3]; 3]) -> Self {
+    pub fn of<C: Into<f64>>(triangle: [[C; 3]; 3]) -> Self {
         let mut corners = [[0.0; 3]; MOST];
         for (corner, position) in corners.iter_mut().zip(triangle) {
-            *corner = position.map(f64::from);
+            *corner = position.map(C::into);
         }
         Polygon { corners, count: 3 }
     }

@@ -34,6 +34,7 @@ pub use parse::{ExpressionError, Found};
 pub use plan::{Leaf, Plan};
 pub use sweep::Operand;
 pub use volume_bounds::VolumeBounds;
+pub(crate) use volume_bounds::box_volume;
 
 pub use crate::diagram::Diagram;
 use crate::grid::Axis;

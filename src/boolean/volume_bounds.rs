@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::{BooleanOperation, Expression};
-use crate::mesh::Aabb;
 
 /// Known bounds of the volume and position of a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,15 +34,14 @@ impl Expression {
             others.iter().fold(*first, |a, &b| corners_of_two(operation, a, b))
         })
     }
-
-    /// Returns the volume of that box.
-    pub fn greatest_volume(&self, inputs: impl Fn(usize) -> Aabb) -> f64 {
-        box_volume(self.corners(|input| [inputs(input).min, inputs(input).max]))
-    }
 }
 
-fn box_volume([least, greatest]: [DVec3; 2]) -> f64 {
-    (greatest - least).max(DVec3::ZERO).element_product()
+/// Returns the volume of a box; 0 if its least corner is not below the greatest.
+pub(crate) fn box_volume([least, greatest]: [DVec3; 2]) -> f64 {
+    let mut sides = (greatest - least).max(DVec3::ZERO).to_array();
+    // The least side and the greatest first: the product of two small ones may be none.
+    sides.sort_by(f64::total_cmp);
+    sides[0] * sides[2] * sides[1]
 }
 
 fn corners_of_two(operation: BooleanOperation, a: [DVec3; 2], b: [DVec3; 2]) -> [DVec3; 2] {

@@ -5,11 +5,12 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::body::Body;
-use super::triangles::{crossings, do_meet};
+use super::triangles::{Corners, crossings, do_meet};
 use crate::box_tree::{Node, opened};
 use crate::cancel::checkpoint;
 use crate::mesh::Aabb;
 use crate::mesh::measure::{EMPTY, include};
+use crate::polygon::Polygon;
 
 /// The region that two bodies share.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +25,11 @@ pub struct Region {
     pub depth_bound: f64,
 }
 
-/// Largest number of points at which the search for the largest ball computes distances.
-const EVALUATIONS: usize = 1500;
+/// Largest number of points of the octree at which the search for the largest ball computes distances.
+const EVALUATIONS: usize = 1000;
 
-/// Number of corners of either body that the search starts from.
-const SEEDS: usize = 200;
+/// Number of corners, and of triangles, of either body that the search starts from.
+const SEEDS: usize = 150;
 
 /// The search ends where the upper bound exceeds the ball found by this share.
 const TOLERANCE: f64 = 0.02;
@@ -110,27 +111,63 @@ fn may_add(bounds: &Aabb, a: Aabb, b: Aabb) -> bool {
     common(a, b).is_some_and(|common| !(holds(bounds, common.min) && holds(bounds, common.max)))
 }
 
-/// Returns points at which the search for the largest ball starts: corners of either body within the box.
+/// Returns points at which the search for the largest ball starts: corners of either body within the box, and points in the middle
+/// between the two surfaces, where a thin layer of the overlap, as of a press fit, is as thick as it is anywhere near.
 fn seeds(a: &Body, b: &Body, bounds: Aabb) -> Vec<DVec3> {
     let mut seeds = vec![0.5 * (bounds.min + bounds.max)];
-    for body in [a, b] {
+    for (body, other) in [(a, b), (b, a)] {
         let within: Vec<DVec3> =
             body.mesh().positions.iter().filter(|&&corner| holds(&bounds, corner)).copied().collect();
         seeds.extend(within.iter().step_by(within.len().div_ceil(SEEDS).max(1)));
+        let meets = |&triangle: &u32| {
+            let Aabb { min, max } = body.corners(triangle).into_iter().fold(EMPTY, include);
+            common(Aabb { min, max }, bounds).is_some()
+        };
+        let triangles: Vec<u32> = (0..body.mesh().triangles.len() as u32).filter(meets).collect();
+        // Of few triangles several points each.
+        let points = if triangles.len() <= SEEDS / 8 { usize::MAX } else { 1 };
+        for &triangle in triangles.iter().step_by(triangles.len().div_ceil(SEEDS).max(1)) {
+            checkpoint();
+            let [p, q, r] = body.corners(triangle);
+            let normal = (q - p).cross(r - p).normalize_or_zero();
+            let all = points_within([p, q, r], &bounds);
+            for point in all.into_iter().take(points).filter(|&point| other.contains(point)) {
+                let Some(distance) = other.nearest_to(point, f64::INFINITY) else { continue };
+                let across = 0.5 * distance * normal;
+                // Outwards, or inwards, as the body may face either way.
+                seeds.extend([point - across, point + across]);
+            }
+        }
     }
     seeds
 }
 
-/// A cube that may hold the centre of a larger ball, ordered by the largest radius that is possible in it.
+/// Returns points of the part of a triangle within a box: one in the middle, and those half the way from it to the corners.
+fn points_within(corners: Corners, bounds: &Aabb) -> Vec<DVec3> {
+    // Each of six planes adds half as many corners at most.
+    let mut part = Polygon::<40>::of(corners.map(|corner| corner.to_array()));
+    for axis in 0..3 {
+        part = part.above(axis, bounds.min[axis], 1.0).above(axis, bounds.max[axis], -1.0);
+    }
+    let corners: Vec<DVec3> = part.corners().iter().copied().map(DVec3::from).collect();
+    if corners.is_empty() {
+        return corners;
+    }
+    let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+    std::iter::once(middle).chain(corners.into_iter().map(|corner| middle.midpoint(corner))).collect()
+}
+
+/// A cube that may hold the centre of a larger ball, ordered by the largest radius that is possible in it, and by that at its centre.
 struct Cell {
     bound: f64,
+    radius: f64,
     centre: DVec3,
     half: DVec3,
 }
 
 impl PartialEq for Cell {
     fn eq(&self, other: &Cell) -> bool {
-        self.bound.total_cmp(&other.bound).is_eq()
+        self.cmp(other).is_eq()
     }
 }
 
@@ -144,7 +181,7 @@ impl PartialOrd for Cell {
 
 impl Ord for Cell {
     fn cmp(&self, other: &Cell) -> std::cmp::Ordering {
-        self.bound.total_cmp(&other.bound)
+        self.bound.total_cmp(&other.bound).then(self.radius.total_cmp(&other.radius))
     }
 }
 
@@ -153,18 +190,17 @@ impl Ord for Cell {
 fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
     let radius = |point: DVec3| radius_at(a, b, point);
     let (mut place, mut best) = (0.5 * (bounds.min + bounds.max), 0.0);
-    let mut evaluations = 0;
     for seed in seeds {
         checkpoint();
         let found = radius(seed);
-        evaluations += 1;
         if found > best {
             (place, best) = (seed, found);
         }
     }
     let half = 0.5 * (bounds.max - bounds.min);
     let middle = 0.5 * (bounds.min + bounds.max);
-    let mut cells = BinaryHeap::from([Cell { bound: half.min_element(), centre: middle, half }]);
+    let mut evaluations = 0;
+    let mut cells = BinaryHeap::from([Cell { bound: half.min_element(), radius: 0.0, centre: middle, half }]);
     let widest = half.min_element();
     let mut bound = widest;
     while let Some(cell) = cells.pop() {
@@ -188,12 +224,23 @@ fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
                     }
                     let bound = (found + half.length()).min(cell.bound);
                     if bound > best * (1.0 + TOLERANCE) {
-                        cells.push(Cell { bound, centre, half });
+                        cells.push(Cell { bound, radius: found, centre, half });
                     }
                 }
             }
         }
         bound = cells.peek().map_or(best * (1.0 + TOLERANCE), |cell| cell.bound);
+    }
+    // From the best place that was found, uphill along the axes.
+    let mut step = best;
+    while step > TOLERANCE * best {
+        checkpoint();
+        let beside = DVec3::AXES.into_iter().flat_map(|axis| [place + step * axis, place - step * axis]);
+        let farther = beside.map(|point| (point, radius(point))).max_by(|a, b| a.1.total_cmp(&b.1));
+        match farther.filter(|(_, found)| *found > best) {
+            Some(found) => (place, best) = found,
+            None => step *= 0.5,
+        }
     }
     // Cells that could exceed the best ball by no more than the tolerance were dropped.
     let bound = bound.max(best * (1.0 + TOLERANCE)).min(widest).max(best);
@@ -229,6 +276,36 @@ mod tests {
         assert_eq!(found.bounds, Aabb { min: DVec3::new(1.75, 0.25, 0.0), max: DVec3::new(2.0, 2.0, 1.5) });
         assert!(found.depth > 0.24 && found.depth <= 0.25 && found.depth_bound >= 0.25, "{found:?}");
         assert!((found.deepest.x - 1.875).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn a_press_fit_is_as_deep_as_its_interference() {
+        for (count, interference) in [(16, 0.05), (64, 0.005), (128, 0.0005)] {
+            let ring = |radius: f64, z: f64| {
+                (0..count).map(move |i| {
+                    let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(count)).sin_cos();
+                    DVec3::new(radius * cos, radius * sin, z)
+                })
+            };
+            // A tube of inner radius 4 around a pin of a larger one.
+            let tube = [ring(8.0, -1.0), ring(8.0, 1.0), ring(4.0, 1.0), ring(4.0, -1.0)];
+            let quad = |a: u32, b: u32, c: u32, d: u32| [[a, b, c], [a, c, d]];
+            let around = |from: u32, to: u32| {
+                (0..count).flat_map(move |i| {
+                    let (n, next) = (count, (i + 1) % count);
+                    quad(from * n + i, from * n + next, to * n + next, to * n + i)
+                })
+            };
+            let triangles = (0..4).flat_map(|i| around(i, (i + 1) % 4)).collect();
+            let tube = TriangleMesh { positions: tube.into_iter().flatten().collect(), triangles };
+            let pin = solids::cylinder(4.0 + interference, 40.0, count).unwrap();
+            let found = shared(&tube, &pin).unwrap();
+            let flat = (std::f64::consts::PI / f64::from(count)).cos();
+            let expected = interference * flat;
+            assert!(found.depth > 0.9 * expected && found.depth < 1.02 * interference, "{count}: {found:?}");
+            let radius = found.deepest.truncate().length();
+            assert!((4.0 * flat..4.0 + interference).contains(&radius), "{count}: {found:?}");
+        }
     }
 
     #[test]

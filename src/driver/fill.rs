@@ -61,18 +61,19 @@ impl FillDifference {
         if largest == 0.0 { 0.0 } else { (self.even_odd - self.non_zero).abs() / largest }
     }
 
-    /// Returns a warning if the rules differ by more than 0.1 %, or if they agree on an exact volume that differs by as much from that
-    /// of the mesh.
+    /// Returns a warning if the rules differ by more than 0.1 %, or if they agree on an exact volume from which that of the mesh
+    /// falls short by as much.
     pub fn warning(&self, solid: &Solid, fill: FillRule) -> Option<Warning> {
         let of_mesh = solid.volume.abs();
         if self.share() <= NOTEWORTHY {
-            let is_off = self.is_exact && (self.even_odd - of_mesh).abs() > NOTEWORTHY * self.even_odd.max(of_mesh);
-            return is_off.then(|| {
+            // What overlaps counts several times in the mesh, and more than in the solid; only parts that are inside out count less.
+            let is_less = self.is_exact && of_mesh < (1.0 - NOTEWORTHY) * self.even_odd.min(self.non_zero);
+            return is_less.then(|| {
                 let message = format!(
-                    "{}: parts of the surface are inside out and count against the mesh volume of {}; both fill rules give {}",
+                    "{}: parts of the surface are inside out and count against the mesh volume of {}; the volume is {}",
                     solid.name(),
                     number(solid.volume),
-                    number(self.even_odd),
+                    number(if fill == FillRule::EvenOdd { self.even_odd } else { self.non_zero }),
                 );
                 Warning::new(PARTS_INSIDE_OUT, message)
             });

@@ -20,6 +20,7 @@ use crate::grid::{Grid, LatticeSolid};
 use crate::mesh::check::{MeshReport, check};
 use crate::mesh::io::{self, Format, FormatError, MeshFile, ReadError, ReadNote};
 use crate::mesh::{Aabb, ClosedMesh, Fold, LengthUnit, NotClosed, Precision, TriangleMesh};
+use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::FillRule;
 use crate::unit;
@@ -535,7 +536,7 @@ fn orientation_warning(solid: &Solid, fill: FillRule) -> Option<Warning> {
         )),
         true if solid.volume < 0.0 => Some(Warning::new(
             "inside-out",
-            format!("{name}: the mesh is inside out (its signed volume is {:.6}); {effect}", solid.volume),
+            format!("{name}: the mesh is inside out (its signed volume is {}); {effect}", number(solid.volume)),
         )),
         false if solid.is_closed() => Some(Warning::new(
             "not-oriented",

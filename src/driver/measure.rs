@@ -27,7 +27,7 @@ use crate::exact::{self, ExactMesh, ExactProperties, NotExact, Solution};
 use crate::grid::{Axis, Grid, LatticeBox, LatticeSolid};
 use crate::integrate::{self, AxisVolume, CHECK_PITCHES, Moments, SurfaceHits, VolumeEstimate};
 use crate::ldi::Ldi;
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, MassProperties, TriangleMesh, Unproved, first_crossing};
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, MassProperties, Unproved, first_crossing};
 use crate::number::number;
 use crate::progress::Monitor;
 use crate::sampler::{FillRule, MaskIntersection, Mode, Sampler, SolidSums};
@@ -121,9 +121,13 @@ pub fn measure(
             if let (Spacing::Tolerance(asked), None) = (spacing, round) {
                 let found = Refinement::of(asked, &volume, negligible(&solids), COARSEST);
                 let unreached = || {
-                    let [asked, came_to] = [asked, found.came_to].map(|share| number(100.0 * share));
+                    let rounded = match found.came_to.is_finite() {
+                        true => format!("up to {} % of it", number(100.0 * found.came_to)),
+                        false => "more than it".to_owned(),
+                    };
+                    let asked = number(100.0 * asked);
                     let message = format!(
-                        "--tolerance {asked} %: not reached by the exact volume, which is rounded by up to {came_to} % of it"
+                        "--tolerance {asked} %: not reached by the exact volume, which is rounded by {rounded}"
                     );
                     Warning::new(TOLERANCE_NOT_REACHED, message)
                 };
@@ -134,9 +138,13 @@ pub fn measure(
                 // The order of coincident faces is not defined: rays tell which of them bound the solid.
                 Measurement::Volume if properties.area_error > 0.0 => {
                     let choice = backends.choose(|| work(&[], &job.axes));
-                    let (area, area_error) = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
+                    let (area, estimate) = surface_area(job, &solids[0], &grid, choice.sampler(), progress)?;
                     let [least, most] = [-1.0, 1.0].map(|sign| measures.area + sign * properties.area_error);
-                    Some(SolidMeasures { area: area.max(least).min(most), area_error, ..measures })
+                    let area = area.max(least).min(most);
+                    let farthest = (most - area).max(area - least);
+                    // Rays that meet none of the coincident faces tell nothing about them.
+                    let area_error = if estimate > 0.0 { estimate.min(farthest) } else { farthest };
+                    Some(SolidMeasures { area, area_error, ..measures })
                 }
                 Measurement::Volume => Some(measures),
                 _ => None,
@@ -306,8 +314,8 @@ fn exact_result(
         progress.stage("exact mesh")?;
         let meshing = Instant::now();
         let made = exact_mesh(request, &solution, &properties.mass, solids);
-        let has_overlaps = solution.has_own_overlaps();
-        warnings.extend(has_overlaps.then(|| crossing_walls(&made.mesh.mesh, &properties, solids)).flatten());
+        warnings.extend(mesh_off(&made, &properties.mass, solids));
+        warnings.extend(crossing_walls(&made, &solution.with_own_overlaps(), solids));
         mesh = Some(made);
         let took = meshing.elapsed().as_secs_f64();
         seconds.operate += took;
@@ -331,25 +339,53 @@ fn exact_mesh_request(job: &MeasureJob) -> Option<MeshRequest> {
 /// volume; its mesh is empty.
 fn exact_mesh(request: MeshRequest, solution: &Solution, mass: &MassProperties, solids: &[Solid]) -> surface::Exact {
     let MeshRequest { precision, recentre, .. } = request;
-    let recentred = recentre.then(|| surface::middle(raster::common_box(solids)));
+    let recentred = recentre.then(|| {
+        let [min, max] = solution.corners();
+        surface::middle(if min.cmple(max).all() { Aabb { min, max } } else { raster::common_box(solids) })
+    });
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
     let found = solution.mesh(coordinates);
-    let is_walls =
-        || found.mesh.signed_volume() <= solution.thickness_of_rounding(&found.mesh, precision) * found.mesh.area();
+    let is_walls = || found.mesh.signed_volume() <= found.rounding.thickness * found.mesh.area();
     // Beside a far larger solid, the bound of the rounding says nothing.
     let is_empty = mass.volume <= mass.volume_rounding && is_walls();
-    let mesh = if is_empty { ExactMesh::default() } else { found };
+    let mesh = if is_empty { ExactMesh { rounding: found.rounding, ..ExactMesh::default() } } else { found };
     surface::Exact { mesh, precision, recentred }
 }
 
-/// Returns a warning if an exact mesh crosses itself, in walls between faces that lie on one another in one shell of an input.
-fn crossing_walls(mesh: &TriangleMesh, properties: &ExactProperties, solids: &[Solid]) -> Option<Warning> {
-    let crossing = first_crossing(&ClosedMesh::check(mesh.clone()).ok()?)?;
-    let names: Vec<String> =
-        properties.with_meeting_shells.iter().map(|&input| solids[input].name().to_string()).collect();
+/// Difference of the volumes of an exact mesh and of the solid, as a share of the latter, above which there is a warning.
+const MESH_OFF: f64 = 1e-3;
+
+/// Returns a warning if an exact mesh encloses another volume than the exact one by more than that is rounded.
+fn mesh_off(made: &surface::Exact, mass: &MassProperties, solids: &[Solid]) -> Option<Warning> {
+    // An empty mesh is not written.
+    if made.mesh.mesh.triangles.is_empty() {
+        return None;
+    }
+    let &MassProperties { volume, volume_rounding, .. } = mass;
+    let of_mesh = made.mesh.mesh.signed_volume();
+    let off = (of_mesh - volume).abs();
+    if off <= volume_rounding + (MESH_OFF * volume).max(negligible(solids)) {
+        return None;
+    }
     let message = format!(
-        "{}: faces of one shell lie on one another, so the exact mesh keeps walls of no thickness: {crossing}; --fill nonzero mostly \
-         leaves none, and neither does --mesh sampled",
+        "the mesh encloses {}, but the exact volume is {}, as {}",
+        number(of_mesh),
+        number(volume),
+        made.rounding(solids[0].unit),
+    );
+    Some(Warning::new("mesh-rounded", message))
+}
+
+/// Returns a warning if an exact mesh crosses itself, in walls between faces that lie on one another in one shell of some inputs.
+fn crossing_walls(made: &surface::Exact, inputs: &[usize], solids: &[Solid]) -> Option<Warning> {
+    if inputs.is_empty() {
+        return None;
+    }
+    let crossing = first_crossing(&ClosedMesh::check(made.mesh.mesh.clone()).ok()?)?;
+    let names: Vec<String> = inputs.iter().map(|&input| solids[input].name().to_string()).collect();
+    let message = format!(
+        "{}: faces of one shell lie on one another, and the exact mesh keeps walls of no thickness, where {crossing}; --fill nonzero \
+         mostly leaves none, and neither does --mesh sampled",
         names.join(", "),
     );
     Some(Warning::new("walls-left", message))
@@ -621,7 +657,7 @@ const AREA_RESOLUTION: u32 = 512;
 
 /// Returns the surface area with an error estimate: the area of the mesh, times the share of it that bounds the solid according to
 /// rays along the three axes. It is exact if no triangle lies inside. If no ray meets a triangle, the share is 1. The error is the
-/// larger of the differences to the shares of two coarser rasters, of which that of the coarser one counts half.
+/// larger of the differences to the shares of two coarser rasters, and a pixel along the border of what lies inside.
 fn surface_area(
     job: &MeasureJob,
     solid: &Solid,
@@ -637,9 +673,12 @@ fn surface_area(
     };
     let fine = share(1.0)?;
     let [finer, coarser] = CHECK_PITCHES;
-    let error = (share(finer)? - fine).abs().max(0.5 * (share(coarser)? - fine).abs());
+    let change = (share(finer)? - fine).abs().max((share(coarser)? - fine).abs());
     let area = solid.mesh().area();
-    Ok((area * fine, area * error))
+    let pitch = solid.bounds().extent().max_element() / f64::from(rays);
+    // Pixels count up to one beyond the border of what lies inside, taken for a square.
+    let border = 4.0 * pitch * ((1.0 - fine) * area).max(0.0).sqrt();
+    Ok((area * fine, area * change + border))
 }
 
 /// Returns the share of a mesh's area that bounds the solid, according to rays along the three axes.

@@ -328,7 +328,6 @@ impl Measured {
                 None => Some(target.path.clone()),
             };
             self.surface = surface;
-            warnings.extend(self.mesh_off());
             self.seconds.write += writing.elapsed().as_secs_f64();
         }
         (self.images, self.normals) = (Vec::new(), Vec::new());
@@ -337,27 +336,6 @@ impl Measured {
         self.seconds.total = start.elapsed().as_secs_f64();
         self.add_warnings();
         Ok(self)
-    }
-
-    /// Returns a warning if the exact mesh encloses another volume than the exact one, by more than that is
-    /// rounded, as the numbers of the file round its vertices.
-    fn mesh_off(&self) -> Option<Warning> {
-        let report = self.surface.as_ref().filter(|report| report.path.is_some())?;
-        if report.sampled().is_some() || report.dropped.parts > 0 {
-            return None;
-        }
-        let Volume { value, error, .. } = self.volume;
-        let off = (report.volume - value).abs();
-        if off <= error + (MESH_OFF * value).max(negligible(&self.solids)) {
-            return None;
-        }
-        let message = format!(
-            "the mesh encloses {}, which is off the exact volume by {} %, as so far from the origin the numbers of the file round the \
-             coordinates of its vertices; add --recentre, or write a format of 64-bit numbers",
-            number(report.volume),
-            number(100.0 * off / value),
-        );
-        Some(Warning::new("mesh-rounded", message))
     }
 
     /// Adds warnings about numbers that are imprecise or not finite.
@@ -417,17 +395,18 @@ impl Measured {
         if error <= ROUNDED_ABOVE * value || error <= negligible(&self.solids) {
             return None;
         }
-        let unit = unit::suffix(self.unit, 3);
+        let rounded =
+            format!("the exact volume is rounded by at most {}{}", rounded_up(error), unit::suffix(self.unit, 3));
         let longest = |solid: &&Solid| solid.bounds().extent().max_element();
-        let largest = self.solids.iter().max_by(|a, b| longest(a).total_cmp(&longest(b)))?;
-        let message = format!(
-            "the exact volume is rounded by at most {}{unit}, as all coordinates are rounded to about 1e-12 of the longest side of \
-             the box around all inputs, {}; for more digits, make the largest input, {}, smaller, or move the inputs nearer to one \
-             another",
-            rounded_up(error),
-            unit::rounded(raster::common_box(&self.solids).extent().max_element(), self.unit),
-            largest.name(),
-        );
+        let message = match self.solids.iter().max_by(|a, b| longest(a).total_cmp(&longest(b))) {
+            Some(largest) if self.solids.len() > 1 => format!(
+                "{rounded}, as all coordinates are rounded to about 1e-12 of the longest side of the box around all inputs, \
+                 {}; for more digits, make the largest input, {}, smaller, or move the inputs nearer to one another",
+                unit::rounded(raster::common_box(&self.solids).extent().max_element(), self.unit),
+                largest.name(),
+            ),
+            _ => format!("{rounded}, as its triangles nearly cancel one another"),
+        };
         Some(Warning::new(IMPRECISE, message))
     }
 }
@@ -440,9 +419,6 @@ pub(super) fn negligible(solids: &[Solid]) -> f64 {
 
 /// Rounding of an exact volume, as a share of it, above which there is a warning.
 const ROUNDED_ABOVE: f64 = 1e-5;
-
-/// Difference of the volumes of an exact mesh and of the solid, as a share of the latter, above which there is a warning.
-const MESH_OFF: f64 = 1e-3;
 
 /// Rounding of an exact volume, as a share of the smallest input, that is never worth a warning.
 const NEGLIGIBLE: f64 = 1e-9;

@@ -34,8 +34,8 @@ pub(super) struct Arrangement {
     bodies: Bodies,
     segments: Vec<Segment>,
     coincident: Vec<Coincident>,
-    /// The area in which faces of one body overlap, in square lattice steps.
-    pub own_overlap: f64,
+    /// For each solid, the area in which faces of one body overlap, in square lattice steps.
+    pub own_overlaps: Vec<f64>,
     crossings: Crossings,
     triples: Triples,
     windings: Windings,
@@ -65,10 +65,10 @@ impl Arrangement {
         let near: Vec<Option<Near>> =
             (0..bodies.bodies.len()).into_par_iter().map(|own| Near::of(own, &bodies)).collect();
         let (mut segments, coincident) = find_meetings(&bodies, &near)?;
-        let mut own_overlap = 0.0;
+        let mut own_overlaps = vec![0.0; solids.len()];
         for meeting in find_own_meetings(&bodies, &near) {
             segments.extend(meeting.segment);
-            own_overlap += meeting.overlap;
+            own_overlaps[meeting.solid] += meeting.overlap;
         }
         let crossings = Crossings::of(&segments, &bodies);
         checkpoint();
@@ -89,7 +89,7 @@ impl Arrangement {
             bodies,
             segments,
             coincident,
-            own_overlap,
+            own_overlaps,
             crossings,
             triples,
             windings,
@@ -173,7 +173,8 @@ impl Arrangement {
                 mass.area += square * coincident::area_change(&self.coincident, [first, second], rule, self.solids)
             }
             _ => {
-                let overlap = self.own_overlap + self.coincident.iter().map(|pair| pair.area).sum::<f64>();
+                let own_overlap = self.own_overlaps.iter().sum::<f64>();
+                let overlap = own_overlap + self.coincident.iter().map(|pair| pair.area).sum::<f64>();
                 area_error = 2.0 * square * overlap;
             }
         }
@@ -224,6 +225,8 @@ fn find_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Result<(Vec<Segment>
 
 /// Two faces of one body that meet elsewhere than in a corner or a side that they share, before the body trembles.
 struct OwnMeeting {
+    /// The solid of the body.
+    solid: usize,
     /// The segment in which they meet once it trembles.
     segment: Option<Segment>,
     /// The area in which they overlap if they are coplanar, in square lattice steps.
@@ -274,7 +277,7 @@ fn find_own_meetings(bodies: &Bodies, near: &[Option<Near>]) -> Vec<OwnMeeting> 
                 _ => None,
             };
             let overlap = coincident::overlap(planes[0], planes[1]).map_or(0.0, |overlap| overlap.area);
-            Some(OwnMeeting { segment, overlap })
+            Some(OwnMeeting { solid: body.solid, segment, overlap })
         };
         found.extend(tree.own_pairs(|_| true, prepare, look));
     }

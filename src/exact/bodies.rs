@@ -30,8 +30,11 @@ const FACES_OF_RUN: usize = 32;
 /// Bits of a lattice coordinate: points lie within ± 2^39 of the lattice's origin.
 const BITS: i32 = 40;
 
-/// One in so many faces of a solid, or fewer, may lose its corners to the lattice.
-const COLLAPSED_OF: usize = 32;
+/// Faces of a solid whose corners may fall together on the lattice, whatever their share.
+const LOST: usize = 1 << 10;
+
+/// One in so many faces of a solid, or fewer, may do so, whatever their number.
+const LOST_OF: usize = 32;
 
 /// Number of shells of a solid that grow at different rates.
 const SHELLS: i32 = 1 << 12;
@@ -228,7 +231,7 @@ impl Bodies {
     /// Adds a solid, as one body or as its shells, that grows at a rate or rests.
     ///
     /// # Errors
-    /// A mesh that is not consistently oriented, or that little is left of on the lattice.
+    /// A mesh that is not consistently oriented, or many of whose faces lose their corners to the lattice.
     pub fn add(
         &mut self,
         solid: usize,
@@ -243,7 +246,7 @@ impl Bodies {
         // The arrays of the first solid become those of all.
         let room = if self.points.is_empty() { self.room } else { [0; 2] };
         let rounded = Rounded::of(mesh.mesh(), (lattice, &self.region), room);
-        if rounded.is_collapsed(mesh.mesh()) {
+        if rounded.has_lost_many(mesh.mesh()) {
             return Err(Unproved::TooSmall);
         }
         let Rounded { mesh, numbers, vertices, displaced } = rounded;
@@ -509,18 +512,18 @@ impl Rounded {
         Rounded { mesh, numbers, vertices, displaced }
     }
 
-    /// Returns whether the corners of a noticeable share of the given faces fell together. The others then lie on one another in such
-    /// numbers that the pairs fill the memory, and what is left says little about the solid.
-    fn is_collapsed(&self, given: &TriangleMesh) -> bool {
+    /// Returns whether the corners of many given faces fell together. The others then lie on one another in such numbers that the pairs
+    /// fill the memory, and what is left says little about the solid.
+    fn has_lost_many(&self, given: &TriangleMesh) -> bool {
         let TriangleMesh { positions, triangles } = given;
         let is_face = |triangle: &&[u32; 3]| {
             let [a, b, c] = triangle.map(|index| positions[index as usize]);
             a != b && b != c && c != a
         };
         let left = self.mesh.triangles.len();
-        let is_few = |count: usize| (count - left) * COLLAPSED_OF > count;
+        let are_many = |count: usize| count - left > LOST && (count - left) * LOST_OF > count;
         // Mostly all faces are left.
-        is_few(triangles.len()) && is_few(triangles.iter().filter(is_face).count())
+        are_many(triangles.len()) && are_many(triangles.iter().filter(is_face).count())
     }
 }
 
@@ -572,8 +575,8 @@ fn shells(mesh: &TriangleMesh) -> Vec<Vec<u32>> {
 }
 
 /// Calls `each` with the two faces at each side and its points, and a number of these faces among those at the side. Where more than
-/// two faces share a side, those that follow one
-/// another in the order of the mesh are taken to belong together, as in a file that lists its shells one by one.
+/// two faces share a side, those that follow one another in the order of the mesh are taken to belong together, as in a file that
+/// lists its shells one by one.
 pub(super) fn for_each_seam(mesh: &TriangleMesh, each: impl Fn(usize, [u32; 2], [u32; 2]) + Sync) {
     let mut sides: Vec<(u32, u32, u32, bool)> = (0..mesh.triangles.len() as u32)
         .into_par_iter()

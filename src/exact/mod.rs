@@ -56,10 +56,12 @@ use result::Surface;
 
 pub use result::Source;
 
-use crate::boolean::Expression;
+use glam::DVec3;
+
+use crate::boolean::{Expression, box_volume};
 use crate::cancel::checkpoint;
 use crate::ldi::FillRule;
-use crate::mesh::{ClosedMesh, MassProperties, Precision, TriangleMesh, Unproved, prove_simple};
+use crate::mesh::{Aabb, ClosedMesh, MassProperties, Precision, TriangleMesh, Unproved, prove_simple};
 use crate::surface::{Apart, Coordinates, remove_flat, snap, take_apart};
 
 /// The reason why the volume of an expression is not known exactly.
@@ -95,16 +97,15 @@ impl ExactProperties {
     /// Returns the properties of a solid that lies in a box of the given volume.
     fn within(greatest: f64, mut mass: MassProperties, area_error: f64, with_meeting_shells: Vec<usize>) -> Self {
         let MassProperties { volume, volume_rounding: rounding, .. } = mass;
-        // The box is rounded.
-        let greatest = greatest * (1.0 + 8.0 * f64::EPSILON);
-        let inside = |volume: f64| match volume {
-            below if below < 0.0 => 0.0,
-            above if above > greatest => greatest,
-            inside_or_nan => inside_or_nan,
-        };
-        let possible @ [least, most] = [volume - rounding, volume + rounding].map(inside);
-        mass.volume = inside(volume);
-        mass.volume_rounding = rounding.min((mass.volume - least).max(most - mass.volume));
+        let mut possible = [volume - rounding, volume + rounding];
+        // Nothing is known of what exceeds the range of f64.
+        if possible.iter().all(|end| end.is_finite()) {
+            // The box is rounded, too.
+            let inside = |volume: f64| volume.max(0.0).min(greatest * (1.0 + 8.0 * f64::EPSILON));
+            possible = possible.map(inside);
+            mass.volume = inside(volume);
+            mass.volume_rounding = rounding.min((mass.volume - possible[0]).max(possible[1] - mass.volume));
+        }
         ExactProperties { mass, possible, area_error, with_meeting_shells }
     }
 }
@@ -151,6 +152,17 @@ pub struct ExactMesh {
     pub sources: Vec<Source>,
     /// Vertices that rounding let fall together.
     pub apart: Apart,
+    /// What is taken for rounding.
+    pub rounding: Rounding,
+}
+
+/// The thickness below which walls and gaps of an exact mesh are taken for rounding.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rounding {
+    /// The thickness.
+    pub thickness: f64,
+    /// True if the numbers of the file round by more than the lattice.
+    pub is_of_file: bool,
 }
 
 impl<'a> Solution<'a> {
@@ -193,14 +205,23 @@ impl<'a> Solution<'a> {
         let numbers = self.inputs.numbers.iter().enumerate();
         let with_meeting_shells = numbers.filter(has_meeting_shells).map(|(input, _)| input).collect();
         let (mass, area_error) = self.arrangement.mass_properties(&self.rule());
-        let greatest = self.expression.greatest_volume(|input| self.inputs.meshes[input].bounds());
-        ExactProperties::within(greatest, mass, area_error, with_meeting_shells)
+        ExactProperties::within(box_volume(self.corners()), mass, area_error, with_meeting_shells)
     }
 
-    /// Returns whether faces of one shell lie on one another. Their order is not defined: the area of the result is not exact, and its
-    /// mesh may keep walls of no thickness between them, which cross others.
-    pub fn has_own_overlaps(&self) -> bool {
-        self.arrangement.own_overlap > 0.0
+    /// Returns the least and the greatest corner of a box that contains the result; the least is not below the greatest if it is empty.
+    pub fn corners(&self) -> [DVec3; 2] {
+        self.expression.corners(|input| {
+            let Aabb { min, max } = self.inputs.meshes[input].bounds();
+            [min, max]
+        })
+    }
+
+    /// Returns the inputs with a shell of which faces lie on one another. Their order is not defined: the area of the result is not
+    /// exact, and its mesh may keep walls of no thickness between them, which cross others.
+    pub fn with_own_overlaps(&self) -> Vec<usize> {
+        let overlaps = &self.arrangement.own_overlaps;
+        let numbers = self.inputs.numbers.iter().enumerate();
+        numbers.filter(|(_, number)| overlaps[**number] > 0.0).map(|(input, _)| input).collect()
     }
 
     /// Returns the surface, with positions rounded for a file. Solids that touch in an edge or a vertex have vertices of their own
@@ -214,32 +235,33 @@ impl<'a> Solution<'a> {
         let precision = coordinates.precision;
         let surface = |arrangement: &Arrangement| {
             let surface = arrangement.surface(&rule, meshes, coordinates)?;
-            let distance = self.thickness_of_rounding(&surface.mesh, precision);
-            let is_on = arrangement.lies_on_another(distance);
+            let rounding = self.rounding(&surface.mesh, precision);
+            let is_on = arrangement.lies_on_another(rounding.thickness);
             let suspects = surface.faces.iter().map(|&face| is_on[face as usize]).collect();
-            Some((surface, suspects, distance))
+            Some((surface, suspects, rounding))
         };
         let grown = || {
             let has_walls = self.arrangement.has_coincident_faces();
             let grown = || proved(meshes, rule, &mut self.wholeness.clone(), Growth::Growing).ok();
             surface(&has_walls.then(grown)??)
         };
-        let (surface, suspects, distance): (_, Vec<bool>, _) =
+        let (surface, suspects, rounding): (_, Vec<bool>, _) =
             grown().or_else(|| surface(&self.arrangement)).expect("outlines of bodies at rest are closed");
         let Surface { mut mesh, mut sources, first_of_cuts, .. } = surface;
         checkpoint();
         sources.iter_mut().for_each(|source| source.input = self.inputs.firsts[source.input as usize] as u32);
+        let distance = rounding.thickness;
         let first_of_cuts = snap(&mut mesh, &mut sources, (first_of_cuts, suspects), distance, precision);
         remove_flat(&mut mesh, &mut sources, first_of_cuts, 0.5 * distance, |source| source.input);
         let apart = take_apart(&mut mesh, &mut sources, precision);
-        ExactMesh { mesh, sources, apart }
+        ExactMesh { mesh, sources, apart, rounding }
     }
 
-    /// Returns the thickness below which walls and gaps of a result are left by rounding alone: some steps of the lattice, or of the
-    /// numbers in a file.
-    pub(crate) fn thickness_of_rounding(&self, result: &TriangleMesh, precision: Precision) -> f64 {
-        let farthest = result.bounds().map_or(0.0, |bounds| bounds.min.abs().max(bounds.max.abs()).max_element());
-        (LATTICE_STEPS * self.arrangement.step()).max(FILE_STEPS * precision.epsilon() * farthest)
+    /// Returns what is taken for rounding in a surface: some steps of the lattice, or of the numbers in a file.
+    fn rounding(&self, surface: &TriangleMesh, precision: Precision) -> Rounding {
+        let farthest = surface.bounds().map_or(0.0, |bounds| bounds.min.abs().max(bounds.max.abs()).max_element());
+        let (lattice, file) = (LATTICE_STEPS * self.arrangement.step(), FILE_STEPS * precision.epsilon() * farthest);
+        Rounding { thickness: lattice.max(file), is_of_file: file > lattice }
     }
 }
 
@@ -255,7 +277,8 @@ pub fn of_solid(mesh: &ClosedMesh, fill: FillRule) -> Result<ExactProperties, No
             // Inside-out, a whole solid is the same solid.
             let sign = mass.volume.signum();
             (mass.volume, mass.inertia) = (sign * mass.volume, sign * mass.inertia);
-            Ok(ExactProperties::within(mesh.bounds().extent().element_product(), mass, 0.0, Vec::new()))
+            let Aabb { min, max } = mesh.bounds();
+            Ok(ExactProperties::within(box_volume([min, max]), mass, 0.0, Vec::new()))
         }
         Err(Unproved::TrianglesMeet { .. } | Unproved::ShellFacing { .. }) => {
             let (inputs, expression) = (Distinct::of(&[mesh]), Expression::input(0));
@@ -311,7 +334,7 @@ fn proved(
         for unproved in unproved {
             let own = &mut wholeness[unproved.input];
             *own = match (unproved.why, *own) {
-                (Unproved::NotOriented, _) | (_, Wholeness::Crossed) => return Err(unproved),
+                (Unproved::NotOriented | Unproved::TooSmall, _) | (_, Wholeness::Crossed) => return Err(unproved),
                 (Unproved::Flat { .. }, _) | (_, Wholeness::Shells) => Wholeness::Crossed,
                 (_, Wholeness::Whole) => Wholeness::Shells,
             };
@@ -377,5 +400,32 @@ impl Rule<'_> {
 
     fn holds(&self, windings: &[i32]) -> bool {
         self.expression.holds(|input| self.is_inside(windings[input]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_volume_is_beyond_the_box_of_its_solid() {
+        let within = |volume, volume_rounding| {
+            let (centroid, inertia) = (DVec3::NAN, glam::DMat3::NAN);
+            let mass = MassProperties { volume, volume_rounding, area: 0.0, centroid, inertia };
+            let found = ExactProperties::within(8.0, mass, 0.0, Vec::new());
+            ([found.mass.volume, found.mass.volume_rounding], found.possible)
+        };
+        assert_eq!(within(5.0, 1.0), ([5.0, 1.0], [4.0, 6.0]));
+        assert_eq!(within(1.0, 3.0), ([1.0, 3.0], [0.0, 4.0]));
+        assert_eq!(within(-1.0, 3.0), ([0.0, 2.0], [0.0, 2.0]));
+        let ([volume, rounding], [least, most]) = within(9.0, 3.0);
+        assert!((8.0..8.000001).contains(&volume) && (2.0..2.000001).contains(&rounding));
+        assert_eq!((least, most), (6.0, volume));
+        // What exceeds the range of f64 is not known.
+        assert_eq!(within(f64::INFINITY, f64::INFINITY).0, [f64::INFINITY; 2]);
+        assert!(within(f64::NAN, f64::NAN).0.iter().all(|value| value.is_nan()));
+        // Products of small sides alone would be none.
+        let needle = box_volume([DVec3::ZERO, DVec3::new(1e-200, 1e-200, 1e300)]);
+        assert!((needle / 1e-100 - 1.0).abs() < 1e-12);
     }
 }

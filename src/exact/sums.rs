@@ -97,7 +97,7 @@ impl Sums {
 
     pub fn mass_properties(&self, lattice: &Lattice, bodies: &Bodies) -> MassProperties {
         let frame = lattice.frame(&bodies.region);
-        let mut found = MassProperties::from_sums(self.sums.totals(), &frame, 3f64.sqrt());
+        let mut found = MassProperties::from_sums(self.sums.totals(), &frame);
         let (unit, step) = (frame.unit(), lattice.step);
         // The errors of points are in lattice steps.
         let moved = self.moved.total() * unit * unit * step;

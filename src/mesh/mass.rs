@@ -33,19 +33,19 @@ impl MassProperties {
     pub(super) fn of(mesh: &TriangleMesh, bounds: Aabb) -> MassProperties {
         let frame = Frame::of(Some(bounds));
         let sums = mesh.sums(|corners| terms(corners.map(|corner| frame.local(corner))));
-        let reach = 0.5 * bounds.extent().length() / frame.unit();
-        MassProperties::from_sums(sums, &frame, reach)
+        MassProperties::from_sums(sums, &frame)
     }
 
-    /// Returns the properties from sums of [`terms`] in a frame. No corner is farther than `reach` from the frame's centre.
-    pub(crate) fn from_sums(sums: [f64; TERMS], frame: &Frame, reach: f64) -> MassProperties {
-        let [six, x, y, z, xx, yy, zz, xy, yz, zx, twice_area, sides] = sums;
+    /// Returns the properties from sums of [`terms`] in a frame.
+    pub(crate) fn from_sums(sums: [f64; TERMS], frame: &Frame) -> MassProperties {
+        let [six, x, y, z, xx, yy, zz, xy, yz, zx, twice_area, products] = sums;
         let unit = frame.unit();
         let cubed = unit * unit * unit;
         let volume = six / 6.0 * cubed;
-        // d is the sum of three products of a coordinate and a difference of two products of sides: at most eight roundings,
-        // each of a share ε of |a| |b − a| |c − a|; the corners' own rounding adds one of ε times the area.
-        let volume_rounding = 2.0 * f64::EPSILON * reach * sides * cubed;
+        // d is the sum of three products of a coordinate and a difference of two products of sides: at most seven roundings, each of a
+        // share ε / 2 of the products' sizes. Corners that move by ε / 2 of their coordinates change the volume by no more than the
+        // prisms that their triangles sweep along the axes, ε / 4 of these sizes. Together less than ε.
+        let volume_rounding = f64::EPSILON * products * cubed;
         let local = DVec3::new(x, y, z) / (4.0 * six);
         let second = |sum: f64, i: usize, j: usize| sum / (20.0 * six) - local[i] * local[j];
         let (cxx, cyy, czz) = (second(xx, 0, 0), second(yy, 1, 1), second(zz, 2, 2));
@@ -62,10 +62,12 @@ impl MassProperties {
 }
 
 /// Returns the contributions of one triangle: to six times the volume, 24 times the first and 120 times the second
-/// moments (xx, yy, zz, xy, yz, zx), twice the area, and the product of two sides, which bounds the rounding error.
+/// moments (xx, yy, zz, xy, yz, zx), twice the area, and the sizes of the products in d, which bound its rounding error: along each
+/// axis the greatest coordinate, times the products of the other components of two sides.
 #[inline]
 pub(crate) fn terms([a, b, c]: [DVec3; 3]) -> [f64; TERMS] {
-    let normal = (b - a).cross(c - a);
+    let (u, v) = (b - a, c - a);
+    let normal = u.cross(v);
     let d = a.dot(normal);
     let s = a + b + c;
     let second = |i: usize, j: usize| d * (a[i] * a[j] + b[i] * b[j] + c[i] * c[j] + s[i] * s[j]);
@@ -81,8 +83,13 @@ pub(crate) fn terms([a, b, c]: [DVec3; 3]) -> [f64; TERMS] {
         second(1, 2),
         second(2, 0),
         normal.length(),
-        (b - a).length() * (c - a).length(),
+        a.abs().max(b.abs()).max(c.abs()).dot(products(u.abs(), v.abs())),
     ]
+}
+
+/// Returns the sum of the two products that each component of a cross product is the difference of.
+fn products(u: DVec3, v: DVec3) -> DVec3 {
+    DVec3::new(u.y * v.z + u.z * v.y, u.z * v.x + u.x * v.z, u.x * v.y + u.y * v.x)
 }
 
 #[cfg(test)]
@@ -111,6 +118,13 @@ mod tests {
             assert!(difference.to_cols_array().iter().all(|d| d.abs() < 1e-11 * exact.max_element()), "{difference}");
             assert!((found.area - 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x)).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn volumes_of_needles_keep_their_digits() {
+        let found = of(solids::cuboid(DVec3::new(3e6, -1.0, 7.0), DVec3::new(2.3e7, 0.5, 8.0)).unwrap());
+        let volume = 2e7 * 1.5;
+        assert!((found.volume - volume).abs() <= found.volume_rounding && found.volume_rounding < 1e-12 * volume);
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub enum Unproved {
         /// The largest of the triangles.
         triangle: usize,
     },
-    /// Many triangles are smaller than the steps to which coordinates are rounded, as beside a far larger solid.
+    /// The corners of many triangles fall together once coordinates are rounded, as beside a far larger solid.
     TooSmall,
     /// The mesh encloses no volume.
     NoVolume,
@@ -94,7 +94,7 @@ impl fmt::Display for Unproved {
             Unproved::TooSmall => {
                 write!(
                     f,
-                    "many of its triangles are smaller than the steps to which the coordinates of all inputs are rounded"
+                    "corners of many of its triangles fall together where the coordinates of all inputs are rounded"
                 )
             }
             Unproved::NoVolume => write!(f, "it encloses no volume"),
@@ -150,13 +150,15 @@ impl fmt::Display for SelfCrossing {
 /// about as long as [`prove_simple`], and the result does not depend on threads.
 pub fn first_crossing(mesh: &ClosedMesh) -> Option<SelfCrossing> {
     let tree = tree_of(mesh);
+    let reach = mesh.bounds().min.abs().max(mesh.bounds().max.abs()).max_element();
     let facet = |place: usize| {
         let triangle = tree.faces()[place];
         (triangle, corners(mesh.mesh(), triangle))
     };
     let look = |&(first, a): &(u32, [DVec3; 3]), &(second, b): &(u32, [DVec3; 3])| {
         let [from, to] = crossing(a, b)?;
-        Some(SelfCrossing { triangles: [first.min(second), first.max(second)], at: from.midpoint(to) })
+        let at = from.midpoint(to).map(|entry| if entry.abs() < 1e-14 * reach { 0.0 } else { entry });
+        Some(SelfCrossing { triangles: [first.min(second), first.max(second)], at })
     };
     tree.first_of_own_pairs(|_| true, facet, look)?.into_iter().min_by_key(|found| found.triangles)
 }

@@ -79,13 +79,37 @@ fn walls_between_faces_of_a_star_that_lie_on_one_another_are_told() {
 }
 
 #[test]
+fn an_area_that_no_ray_tells_has_the_error_of_all_coincident_faces() {
+    let folder = Folder::new();
+    let corner = |i: usize| (0.8 * std::f64::consts::PI * i as f64).sin_cos();
+    let star: Vec<[f64; 2]> = (0..5).map(corner).map(|(y, x)| [x, y]).collect();
+    folder.stl("both.stl", &[prism(&star), cuboid([2.0; 3], [1000.0; 3])].concat());
+    let json = folder.json(&["volume", "both.stl", "--resolution", "16"]);
+    let [area, error] = ["area", "area_error"].map(|key| json[key].as_f64().unwrap());
+    let of_star = 2.0 * 0.775_676_8 + 10.0 * 72f64.to_radians().sin();
+    let expected = 6.0 * 998f64.powi(2) + of_star;
+    assert!(error > 0.0 && (area - expected).abs() <= error, "{json}");
+}
+
+#[test]
+fn overlaps_are_not_taken_for_parts_that_are_inside_out() {
+    let folder = Folder::new();
+    folder.stl("slight.stl", &[cube(0.0, 1.0), cuboid([0.999, 0.0, 0.0], [2.0, 1.0, 1.0])].concat());
+    folder.stl("three.stl", &[cube(0.0, 1.0), cube(0.0, 1.0), cube(0.0, 1.0)].concat());
+    for name in ["slight.stl", "three.stl"] {
+        let json = folder.json(&["volume", name]);
+        assert!(!warning_codes(&json).contains(&"parts-inside-out"), "{json}");
+    }
+}
+
+#[test]
 fn lobes_that_are_inside_out_are_told() {
     let folder = Folder::new();
     folder.stl("bow.stl", &prism(&[[0.0, 0.0], [3.0, 3.0], [3.0, 0.0], [0.0, 1.0]]));
     // Lobes of 0.375 and 3.375, of which one counts against the other.
     let json = folder.json(&["volume", "bow.stl"]);
     assert!(warning_codes(&json).contains(&"parts-inside-out"), "{json}");
-    let words = ["bow.stl: parts of the surface are inside out", "mesh volume of -3", "both fill rules give 3.75"];
+    let words = ["bow.stl: parts of the surface are inside out", "mesh volume of -3", "the volume is 3.75"];
     folder.run(&["volume", "bow.stl"]).code(0).warns(&words);
     folder.run(&["check", "bow.stl"]).code(1).warns(&["triangles ", "cross near (0.75, 0.75"]);
 }

@@ -99,15 +99,44 @@ fn small_parts_touch_larger_ones_by_no_noticeable_share_of_their_size() {
         folder.run(&[&all[..], more].concat()).code(code)
     };
     // Coordinates of 10^7 are rounded by 2.4 in files of 32-bit numbers.
-    let warned = ["small.stl : large.stl: a depth of at most 0.7", "2.384", "--touching"];
+    let warned = ["small.stl : large.stl: a depth of about 0.7", "2.384", "--touching"];
     assert!(run("0.25", &[], 1).warns(&warned).stdout().contains("OVERLAP"));
     run("2", &[], 0).warns(&["a distance of 1 is within 2.384"]);
     assert!(run("0.25", &["--touching", "2.5"], 0).stderr().contains("touching, at most 0.7"));
     assert!(run("2", &["--touching", "2.5"], 0).stderr().contains("touching, 1 apart"));
+    // A foil of 0.1 that is turned has a large box.
+    folder.stl("foil.stl", &cuboid([0.0; 3], [100.0, 100.0, 0.1]));
+    let turned = "rotate(1,1,0,45) translate(1e6,0,0)";
+    let pierced = [
+        "clash",
+        "foil.stl",
+        "foil.stl",
+        "--transform-a",
+        turned,
+        "--transform-b",
+        "rotate(1,1,0,45) translate(1000000.05,0,0)",
+    ];
+    let run = folder.run(&[&pierced[..], &["--allow-touching"]].concat()).code(1);
+    assert!(run.stdout().contains("OVERLAP"), "{}", run.stdout());
     let json = folder.run(&["clash", "small.stl", "large.stl", "--touching", "1", "--json", "-"]).code(1).json();
     let pair = &json["pairs"][0];
     assert_eq!((&pair["state"], &pair["distance"]), (&"touching".into(), &0.0.into()));
-    assert!((0.99..=1.0).contains(&pair["depth"].as_f64().unwrap()), "{pair}");
+    assert!((0.99..=1.0).contains(&pair["depth"]["upper"].as_f64().unwrap()), "{pair}");
+}
+
+#[test]
+fn a_part_within_another_does_not_touch_it_however_thin_it_is() {
+    let folder = Folder::new();
+    folder.stl("block.stl", &cube(0.0, 100.0));
+    folder.stl("foil.stl", &cuboid([10.0, 10.0, 50.0], [90.0, 90.0, 50.01]));
+    for (place, more) in
+        [("translate(0,0,0)", &["--touching", "1"][..]), ("rotate(0,1,0,30) translate(6000,6000,6000)", &[])]
+    {
+        let all =
+            ["clash", "block.stl", "foil.stl", "--transform-a", place, "--transform-b", place, "--allow-touching"];
+        let run = folder.run(&[&all[..], more].concat()).code(1);
+        assert!(run.stdout().contains("foil.stl lies in block.stl"), "{}", run.stdout());
+    }
 }
 
 #[test]

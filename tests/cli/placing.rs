@@ -102,6 +102,25 @@ fn beside_a_tool_of_a_million_times_its_size_half_of_a_solid_is_left() {
 }
 
 #[test]
+fn a_corner_that_is_lost_to_rounding_costs_no_more_than_its_volume() {
+    let folder = Folder::new();
+    // A cube of 100 without a corner of 0.001.
+    let corners = ["0 0 0", "100 0 0", "100 100 0", "0 100 0", "0 0 100", "100 0 100", "0 100 100"];
+    let ends = ["99.999 100 100", "100 99.999 100", "100 100 99.999"];
+    let faces = ["1 4 3 2", "1 2 6 5", "1 5 7 4", "5 6 9 8 7", "2 3 10 9 6", "4 7 8 10 3", "8 9 10"];
+    let lines = |key: &str, lines: &[&str]| lines.iter().map(|line| format!("{key} {line}\n")).collect::<String>();
+    let text = lines("v", &corners) + &lines("v", &ends) + &lines("f", &faces);
+    std::fs::write(folder.path("block.obj"), text).unwrap();
+    folder.stl("tool.stl", &cube(-5.0, 10.0));
+    let placement = "scale(1e9) translate(5000000050,30,15)";
+    let all = ["difference", "block.obj", "tool.stl", "--transform-b", placement];
+    let json = folder.json(&all);
+    assert_eq!((&json["volume"]["method"], json["inputs"][0]["closed"] == true), (&"exact".into(), true), "{json}");
+    let [value, error] = ["value", "exact_error"].map(|key| json["volume"][key].as_f64().unwrap());
+    assert!((value - 500_000.0).abs() <= error && error < 100.0, "{json}");
+}
+
+#[test]
 fn meshes_that_rounding_changes_or_takes_are_told() {
     let folder = Folder::new();
     folder.stl("block.stl", &cuboid([0.0; 3], [100.0, 60.0, 30.0]));
@@ -116,19 +135,32 @@ fn meshes_that_rounding_changes_or_takes_are_told() {
         folder.run(&[&["intersect", "block.stl", "tool.stl"], &places[..], more].concat())
     };
     // At these distances, 32-bit numbers are 1 and 8 apart.
-    let words = ["the mesh encloses ", "is off the exact volume by ", "--recentre", "64-bit numbers"];
+    let words = ["the mesh encloses ", "but the exact volume is ", "add --recentre", "64-bit numbers"];
+
     halve("12345678.5", &["-o", "half.stl"]).code(0).warns(&words);
     halve("1e8", &["-o", "none.stl"]).code(1).warns(&["no mesh was written", "so far from the origin", "--recentre"]);
     for more in [&["-o", "half.stl", "--recentre"][..], &["-o", "half.obj"]] {
         let run = halve("12345678.5", more).code(0);
         assert!(!run.stderr().contains("the mesh encloses"), "{}", run.stderr());
     }
+    // The offset is that of the result, not of the tool.
+    let recentred =
+        ["difference", "block.stl", "tool.stl", "--transform-b", "scale(1e6) translate(5000050,30,15)", "--recentre"];
+    folder.run(&[&recentred[..], &["-o", "near.stl"]].concat()).code(0);
+    assert_near(folder.json(&["check", "near.stl"])["results"][0]["volume"].as_f64().unwrap(), 90_000.0, 0.1);
+    // The numbers of an OBJ file are not to blame.
+    let thin = ["intersect", "block.stl", "tool.stl", "--transform-b", "scale(1e10) translate(50000000000.0001,30,15)"];
+    let run = folder.run(&[&thin[..], &["-o", "thin.obj"]].concat());
+    assert!(!run.stderr().contains("64-bit"), "{}", run.stderr());
     // Triangles below the steps of the lattice in such numbers that their pairs fill the memory.
     let generate = ["generate", "geodesic", "--frequency", "64", "-o", "fine.stl"];
     folder.run(&generate).code(0);
     let placement = "scale(1e12) rotate(0,0,1,30) translate(4330127018950,2500000000000,15)";
     let cut = ["difference", "fine.stl", "tool.stl", "--transform-b", placement];
-    folder.run(&cut).code(0).warns(&["fine.stl: many of its triangles are smaller", "so the volume is estimated"]);
+    folder
+        .run(&cut)
+        .code(0)
+        .warns(&["fine.stl: corners of many of its triangles fall together", "so the volume is estimated"]);
 }
 
 #[test]

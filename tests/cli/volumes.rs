@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Folder, Triangle, assert_near, cuboid, inside_out, one_sided, warning_codes};
+use crate::{Folder, Triangle, assert_near, cube, cuboid, inside_out, one_sided, warning_codes};
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
@@ -262,4 +262,25 @@ fn sums_and_offsets_are_within_their_stated_error() {
         let left = folder.json(&[&["minkowski", "cube.stl", "rod.stl", "--difference"], &options[..]].concat());
         assert_honest(&left, 0.7 * 0.8 * 0.3, 0.05);
     }
+}
+
+#[test]
+fn a_tolerance_that_rays_reached_is_not_that_of_the_exact_volume() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cube(0.0, 2.0));
+    let all = ["intersect", "a.stl", "a.stl", "--transform-b", "rotate(1,2,3,20)", "--tolerance", "2%", "-v"];
+    let reached = |more: &[&str]| folder.run(&[&all[..], more].concat()).code(0).stderr().to_owned();
+    assert!(reached(&[]).contains("by the exact volume"));
+    let by_rays = reached(&["-o", "i.npz"]);
+    assert!(by_rays.contains("rays along the longest side") && !by_rays.contains("by the exact volume"), "{by_rays}");
+}
+
+#[test]
+fn moments_of_needles_are_not_taken_for_rounding() {
+    let folder = Folder::new();
+    folder.stl("needle.stl", &cuboid([0.0; 3], [2e7, 1.0, 1.0]));
+    let run = folder.run(&["volume", "needle.stl", "--unit", "mm", "--resolution", "64"]).code(0);
+    assert!(run.stdout().contains("volume      20000000 mm³ (exact)\n"), "{}", run.stdout());
+    // 3333333, in as many digits as sums over a needle keep.
+    assert!(run.stdout().contains("inertia     (3") && run.stdout().contains(", 0, 0) mm⁵"), "{}", run.stdout());
 }

@@ -276,10 +276,11 @@ Examples:
 JSON: {\"schema\", \"command\", \"inputs\", \"results\": [object, …], \"warnings\"}, with one object
 per file; for a single file its keys are at the top level too. If a file cannot be measured, its
 object is {\"path\", \"error\"}, the others are measured, and the exit code is 2 or 3. `volume` adds
-the keys `area`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the centroid, unit
-density). They are exact if the triangles of the solid are consistently oriented, or can be turned
-so under the even-odd rule. Otherwise the area is that of the mesh's triangles, times the share of
-ray hits along all three axes that bound the solid: triangles inside the solid do not count.";
+the keys `area`, `area_error`, `centroid` (three numbers) and `inertia` (a 3 × 3 tensor about the
+centroid, unit density). They are exact if the triangles of the solid are consistently oriented, or
+can be turned so under the even-odd rule. Otherwise, or if faces of one shell lie on one another, the
+area is that of the mesh's triangles, times the share of ray hits along all three axes that bound
+the solid, and `area_error` an estimate: triangles inside the solid do not count.";
 
 #[derive(Debug, Args)]
 #[command(after_help = SAMPLE_LAYOUT)]

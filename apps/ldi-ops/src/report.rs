@@ -281,7 +281,7 @@ fn certified(table: &mut Table, result: &Measured) {
     }
     for judged in &result.certified.judged {
         let Judged { side, limit, .. } = judged;
-        table.line("assert", format_args!("{} {}{cubed}: {judged}", side.name(), number(*limit)));
+        table.line("assert", format_args!("{} {}{cubed}: {judged}", side.name(), digits(*limit, 12)));
     }
 }
 
@@ -303,15 +303,16 @@ fn measures(table: &mut Table, result: &Measured) {
         if measures.centroid.is_finite() {
             let Aabb { min, max } = result.solids[0].bounds();
             let size = min.abs().max(max.abs()).max_element();
-            table.line("centroid", format_args!("{}{length}", vector(without_noise(measures.centroid, size))));
-            let greatest =
-                measures.inertia.to_cols_array().into_iter().fold(0.0, |most: f64, entry| most.max(entry.abs()));
+            table.line(
+                "centroid",
+                format_args!("{}{length}", vector(without_noise(measures.centroid, DVec3::splat(size)))),
+            );
             for (i, row) in [0, 1, 2].map(|row| measures.inertia.row(row)).into_iter().enumerate() {
                 let suffix = unit::suffix(result.unit, 5);
-                table.line(
-                    if i == 0 { "inertia" } else { "" },
-                    format_args!("{}{suffix}", vector(without_noise(row, greatest))),
-                );
+                let products =
+                    [0, 1, 2].map(|j| (measures.inertia.row(i)[i] * measures.inertia.row(j)[j]).abs().sqrt());
+                let row = without_noise(row, DVec3::from_array(products) * (1.0 - DVec3::AXES[i]));
+                table.line(if i == 0 { "inertia" } else { "" }, format_args!("{}{suffix}", vector(row)));
             }
         }
     }
@@ -361,9 +362,9 @@ fn making(table: &mut Table, result: &Measured) {
     if let Some(refinement) = &result.refinement {
         let reached = if refinement.reached { "reached" } else { "NOT reached" };
         let (asked, came_to) = (number(100.0 * refinement.asked), number(100.0 * refinement.came_to));
-        let by = match result.volume.method {
-            Method::Exact => "by the exact volume".to_owned(),
-            Method::Estimate(_) => format!("with {} rays along the longest side", refinement.resolution),
+        let by = match result.ran {
+            None => "by the exact volume".to_owned(),
+            Some(_) => format!("with {} rays along the longest side", refinement.resolution),
         };
         table.line("tolerance", format_args!("{asked} % {reached}: {came_to} % {by}"));
     }
@@ -661,9 +662,9 @@ fn bytes(size: u64) -> String {
     }
 }
 
-/// Returns a vector in which entries that are small beside others of a given size, as rounding leaves for 0, are 0.
-fn without_noise(vector: DVec3, size: f64) -> DVec3 {
-    vector.map(|entry| if entry.abs() < NOISE * size { 0.0 } else { entry })
+/// Returns a vector in which entries that are small beside the terms whose sums they are, as rounding leaves for 0, are 0.
+fn without_noise(vector: DVec3, terms: DVec3) -> DVec3 {
+    DVec3::select(vector.abs().cmplt(NOISE * terms), DVec3::ZERO, vector)
 }
 
 /// Rounding of sums, as a share of the greatest term.

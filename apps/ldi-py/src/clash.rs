@@ -149,7 +149,7 @@ fn row<'py>(py: Python<'py>, clashes: &ldi_ops::Clashes, pair: &Pair) -> PyResul
     row.set_item("finding", pair.finding.map(|finding| finding.name()))?;
     let (distance, depth, common) = match &pair.relation {
         Relation::Separate { distance, .. } => (Some(*distance), None, None),
-        Relation::Touching { distance, depth, .. } => (Some(*distance), Some([0.0, *depth]), None),
+        Relation::Touching { distance, depth_bound, .. } => (Some(*distance), Some([0.0, *depth_bound]), None),
         Relation::Overlapping(common) => (None, Some([common.depth, common.depth_bound]), Some(common)),
     };
     row.set_item("distance", distance)?;

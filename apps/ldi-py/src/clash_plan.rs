@@ -48,7 +48,7 @@ impl From<Relation> for Found {
         };
         match relation {
             Relation::Separate { distance, points } => apart(None, distance, points),
-            Relation::Touching { distance, depth, points } => apart(Some(depth), distance, points),
+            Relation::Touching { distance, depth_bound, points } => apart(Some(depth_bound), distance, points),
             Relation::Overlapping(Common { volume, bounds, deepest, depth, depth_bound, contained, is_certain }) => {
                 Found::Shared {
                     volume: [volume.value, volume.lower, volume.upper],
@@ -70,7 +70,7 @@ impl From<Found> for Relation {
             Found::Apart { touching, distance, points } => {
                 let points = points.map(DVec3::from);
                 match touching {
-                    Some(depth) => Relation::Touching { distance, depth, points },
+                    Some(depth_bound) => Relation::Touching { distance, depth_bound, points },
                     None => Relation::Separate { distance, points },
                 }
             }

@@ -257,9 +257,11 @@ mod tests {
     #[test]
     fn warnings_of_other_processes_have_known_codes() {
         use crate::driver::clash::Relation;
-        let relation = Relation::Touching { distance: 0.0, depth: 0.0, points: [DVec3::ZERO; 2] };
+        let relation = Relation::Touching { distance: 0.0, depth_bound: 0.0, points: [DVec3::ZERO; 2] };
         let received = |code: &str| ComparedPair::received([0, 1], relation, [(code.to_owned(), "text".to_owned())]);
-        assert_eq!(received("fill-rules-differ").unwrap().warnings[0].code, "fill-rules-differ");
+        for code in ["fill-rules-differ", "parts-inside-out", "within-rounding"] {
+            assert_eq!(received(code).unwrap().warnings[0].code, code);
+        }
         assert!(received("other").is_err());
     }
 }

@@ -10,6 +10,7 @@ use super::{Common, Part, Relation, Settings};
 use crate::clash::{Body, Nearest, Region, bytes_of_triangle, nearest, region};
 use crate::driver::backend::Backends;
 use crate::driver::fill::FillDifference;
+use crate::driver::input::Solid;
 use crate::driver::job::Backend;
 use crate::driver::machine;
 use crate::driver::memory::{self, Cost, Limit};
@@ -24,6 +25,8 @@ pub struct Comparison<'c> {
     pairs: &'c [[usize; 2]],
     /// The hierarchies of the parts of these pairs.
     bodies: Vec<Option<Body<'c>>>,
+    /// The thickness of each of these parts.
+    thickness: Vec<Option<f64>>,
     /// The largest gap or depth that counts as touching, if one was given.
     touching: Option<f64>,
     settings: &'c Settings,
@@ -47,6 +50,8 @@ struct Shared {
     whole: Option<usize>,
     /// The largest gap or depth that counts as touching.
     tolerance: f64,
+    /// The distance of the surfaces, if one part holds shells of the other.
+    distance: f64,
     /// What the pair is if its common volume may come from rounding.
     touching: Relation,
 }
@@ -55,8 +60,8 @@ struct Shared {
 /// part.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / 2.0;
 
-/// The largest gap or depth of touching parts, as a share of the shortest side of the box of either. Beside a far larger part, or far
-/// from the origin, the rounding of 32-bit coordinates is more than a small part can be off by without being out of shape.
+/// The largest gap or depth of touching parts, as a share of the thickness of either. Beside a far larger part, or far from the
+/// origin, the rounding of 32-bit coordinates is more than a small part can be off by without being out of shape.
 const SHARE_OF_PART: f64 = 0.01;
 
 /// The code of the warning about a gap or an overlap that coordinates of 32 bits do not tell from a contact.
@@ -68,10 +73,9 @@ pub fn rounding(boxes: &[Aabb]) -> f64 {
     ROUNDING * largest
 }
 
-/// Returns the largest gap or depth of touching parts: that of rounding, but no noticeable share of either part.
-fn tolerance(boxes: &[Aabb; 2]) -> f64 {
-    let shortest = boxes.iter().map(|b| b.extent().min_element()).fold(f64::INFINITY, f64::min);
-    rounding(boxes).min(SHARE_OF_PART * shortest)
+/// Returns the mean thickness of a solid: what a plate of its volume and area has. It does not depend on how the solid is turned.
+fn thickness(solid: &Solid) -> f64 {
+    2.0 * solid.volume.abs() / solid.mesh().area()
 }
 
 impl<'c> Comparison<'c> {
@@ -98,8 +102,9 @@ impl<'c> Comparison<'c> {
         progress.stage(format!("hierarchies of {count} parts"))?;
         let body = |part: &Option<&'c Part>| part.map(|part| Body::new(part.solid.mesh(), settings.fill));
         let bodies = compared.par_iter().map(body).collect();
+        let thickness = compared.par_iter().map(|part| part.map(|part| thickness(&part.solid))).collect();
         let fill_warnings = parts.iter().map(|_| OnceLock::new()).collect();
-        Ok(Comparison { parts, pairs, bodies, touching, settings, backends, fill_warnings })
+        Ok(Comparison { parts, pairs, bodies, thickness, touching, settings, backends, fill_warnings })
     }
 
     /// Compares the pairs.
@@ -143,21 +148,27 @@ impl<'c> Comparison<'c> {
     fn meeting(&self, [i, j]: [usize; 2]) -> Meeting {
         let [a, b] = [i, j].map(|part| self.bodies[part].as_ref().expect("the parts of the pairs have hierarchies"));
         let boxes = [i, j].map(|part| self.parts[part].solid.bounds());
-        let tolerance = self.touching.unwrap_or_else(|| tolerance(&boxes));
+        // That of rounding, but no noticeable share of either part.
+        let thickness = [i, j].into_iter().filter_map(|part| self.thickness[part]).fold(f64::INFINITY, f64::min);
+        let tolerance = self.touching.unwrap_or_else(|| rounding(&boxes).min(SHARE_OF_PART * thickness));
         let Nearest { distance, points } = nearest(a, b);
         let Held { any, whole } = if distance > 0.0 { held(a, b) } else { Held { any: true, whole: None } };
         if !any {
             return Meeting::Known(match distance <= tolerance {
-                true => Relation::Touching { distance, depth: 0.0, points },
+                true => Relation::Touching { distance, depth_bound: 0.0, points },
                 false => Relation::Separate { distance, points },
             });
         }
-        let region = region(a, b);
-        let depth = region.as_ref().map_or(0.0, |region| region.depth_bound);
-        let touching = Relation::Touching { distance, depth, points };
-        match region.filter(|region| region.depth_bound > tolerance) {
-            Some(region) => Meeting::Shares(Shared { region, whole, tolerance, touching }),
-            None => Meeting::Known(touching),
+        let touching = |depth_bound| Relation::Touching { distance, depth_bound, points };
+        match region(a, b) {
+            Some(Region { depth_bound, .. }) if distance <= tolerance && depth_bound <= tolerance => {
+                Meeting::Known(touching(depth_bound))
+            }
+            // If it touches, then because the common volume is that of so thin a layer.
+            Some(region) => {
+                Meeting::Shares(Shared { region, whole, tolerance, distance, touching: touching(tolerance) })
+            }
+            None => Meeting::Known(touching(0.0)),
         }
     }
 
@@ -166,7 +177,7 @@ impl<'c> Comparison<'c> {
     fn overlapping(
         &self,
         [i, j]: [usize; 2],
-        &Shared { region, whole, tolerance, touching }: &Shared,
+        &Shared { region, whole, tolerance, distance, touching }: &Shared,
         room: Room,
     ) -> Result<Option<(Relation, Vec<Warning>)>, Error> {
         let solids = [&self.parts[i].solid, &self.parts[j].solid];
@@ -182,7 +193,8 @@ impl<'c> Comparison<'c> {
         // A layer of the depth of touching, on the surface of the part that has less of it there.
         let layer = tolerance
             * solids.map(|solid| area_within(solid.mesh(), &bounds)).into_iter().fold(f64::INFINITY, f64::min);
-        let is_certain = depth > tolerance || volume.lower > layer;
+        // However thin a shell is, it does not touch what it lies in at a distance.
+        let is_certain = depth > tolerance || volume.lower > layer || distance > tolerance;
         if !is_certain && volume.value <= layer {
             return Ok(Some((touching, warnings)));
         }
@@ -195,17 +207,18 @@ impl<'c> Comparison<'c> {
         let [a, b] = parts.map(|part| &self.parts[part]);
         let rounding = rounding(&[a.solid.bounds(), b.solid.bounds()]);
         let (what, amount) = match relation {
-            Relation::Touching { .. } => return None,
-            Relation::Overlapping(common) => ("a depth of at most", common.depth_bound),
+            Relation::Overlapping(common) if common.contained.is_none() => ("a depth of about", common.depth),
             Relation::Separate { distance, .. } => ("a distance of", *distance),
+            Relation::Overlapping(_) | Relation::Touching { .. } => return None,
         };
-        if self.touching.is_some() || amount > rounding {
+        // Nothing is known of the depth where no ball was found.
+        if self.touching.is_some() || amount > rounding || amount == 0.0 {
             return None;
         }
         let length = |length| unit::rounded(length, self.parts[0].solid.unit);
         let message = format!(
             "{} : {}: {what} {} is within {}, by which coordinates of this size are rounded in files of 32-bit numbers, but more \
-             than {} % of the shortest side of a part; set --touching to the largest gap or depth that counts as touching",
+             than {} % of the thickness of a part; set --touching to the largest gap or depth that counts as touching",
             a.name,
             b.name,
             length(amount),

@@ -117,8 +117,9 @@ pub enum Relation {
     Touching {
         /// Their distance; 0 where their surfaces meet.
         distance: f64,
-        /// An upper bound of the depth of the overlap; 0 where they share no region.
-        depth: f64,
+        /// An upper bound of the depth of the overlap, or the tolerance where the common volume is that of so thin a layer; 0 where
+        /// they share no region.
+        depth_bound: f64,
         /// The nearest points.
         points: [DVec3; 2],
     },

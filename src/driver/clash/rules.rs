@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn distances_below_the_clearance_are_findings() {
         let separate = |distance| Relation::Separate { distance, points: [DVec3::ZERO; 2] };
-        let touching = Relation::Touching { distance: 0.0, depth: 0.0, points: [DVec3::ZERO; 2] };
+        let touching = Relation::Touching { distance: 0.0, depth_bound: 0.0, points: [DVec3::ZERO; 2] };
         let of = |allow_touching, clearance: Option<f64>| {
             let clearance = clearance.map(|value| Length { value, unit: None });
             Rules { allow_touching, ..Rules::default() }.limits(clearance, None).unwrap()

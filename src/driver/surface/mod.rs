@@ -10,14 +10,14 @@ use glam::DVec3;
 use super::job::Finish;
 use super::measured::Volume;
 use super::output::write_notes;
-use crate::exact::ExactMesh;
+use crate::exact::{ExactMesh, Rounding};
 use crate::mesh::io::Format;
 use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh, io};
 use crate::progress::Monitor;
 use crate::surface::Apart;
 use crate::surface::manifold::{ManifoldFailure, ManifoldReport};
 use crate::surface::parts::{Dropped, Parts};
-use crate::{Error, Warning};
+use crate::{Error, Warning, unit};
 
 pub use sampled::{Imaged, SampledReport, SimplifiedReport, far_from_volume, mesh, warnings};
 
@@ -77,6 +77,26 @@ pub struct Exact {
 }
 
 impl Exact {
+    /// Returns what rounds the mesh, and the options by which it would be rounded less.
+    pub fn rounding(&self, unit: Option<LengthUnit>) -> String {
+        let Rounding { thickness, is_of_file } = self.mesh.rounding;
+        let thickness = unit::rounded(thickness, unit);
+        if !is_of_file {
+            return format!(
+                "the coordinates of all inputs are rounded, and walls below {thickness} are taken for rounding; make the \
+                 largest input smaller, or move the inputs nearer to one another"
+            );
+        }
+        let recentre = self.recentred.is_none().then_some("add --recentre");
+        let format = (self.precision == Precision::Single).then_some("write a format of 64-bit numbers");
+        let options: Vec<&str> = recentre.into_iter().chain(format).collect();
+        let advice = if options.is_empty() { String::new() } else { format!("; {}", options.join(", or ")) };
+        format!(
+            "the numbers of the file round coordinates so far from the origin, and walls below {thickness} are taken for \
+             rounding{advice}"
+        )
+    }
+
     /// Returns the mesh once it is finished and checked, with its report.
     ///
     /// # Errors
@@ -115,16 +135,13 @@ pub fn write_exact(
     finish: Finish,
     progress: &Monitor,
 ) -> Result<(SurfaceReport, Vec<Warning>), Error> {
-    let (mesh, report) = exact.finished(finish, progress)?;
-    let why = match value > error {
-        _ if greatest == 0.0 => "the result is empty",
-        false => "the result is empty, or thinner than coordinates are rounded",
-        true => {
-            "the result is thinner than the numbers of the file round coordinates so far from the origin; add --recentre, or write a \
-                 format of 64-bit numbers"
-        }
+    let why_empty = match value > error {
+        _ if greatest == 0.0 => "the result is empty".to_owned(),
+        false => "the result is empty, or thinner than coordinates are rounded".to_owned(),
+        true => format!("the result is too thin, as {}", exact.rounding(unit)),
     };
-    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", why.to_owned()));
+    let (mesh, report) = exact.finished(finish, progress)?;
+    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", why_empty));
     written(path, &mesh, report, (unit, refusal), progress)
 }
 

@@ -61,8 +61,8 @@ struct PairRecord<'c> {
     finding: Option<Finding>,
     /// Null where the parts overlap.
     distance: Option<f64>,
-    /// An upper bound of the depth of an overlap that counts as touching; null unless the parts touch.
-    depth: Option<f64>,
+    /// The depth of an overlap that counts as touching; null unless the parts touch.
+    depth: Option<DepthRecord>,
     /// The nearest points.
     points: Option<[[f64; 3]; 2]>,
     /// Null unless the parts overlap.
@@ -129,7 +129,10 @@ fn pair_record<'c>(clashes: &'c Clashes, pair: &Pair) -> PairRecord<'c> {
     let apart = |distance, points: [DVec3; 2]| (Some(distance), Some(points.map(|point| point.to_array())));
     let ((distance, points), depth, overlap) = match pair.relation {
         Relation::Separate { distance, points } => (apart(distance, points), None, None),
-        Relation::Touching { distance, depth, points } => (apart(distance, points), Some(depth), None),
+        Relation::Touching { distance, depth_bound: upper, points } => {
+            (apart(distance, points), Some(DepthRecord { lower: 0.0, upper }), None)
+        }
+
         Relation::Overlapping(common) => ((None, None), None, Some(overlap_record(common, names))),
     };
     let [a, b] = names;

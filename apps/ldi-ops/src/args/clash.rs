@@ -63,7 +63,7 @@ pub struct ComparisonArguments {
     #[arg(long, value_parser = unit::parse)]
     pub unit: Option<LengthUnit>,
     /// Largest gap, or depth of an overlap, that counts as touching [default: 2.4e-7 of the largest coordinate of a pair, the
-    /// rounding of 32-bit coordinates, but at most 1 % of the shortest side of a part's box]
+    /// rounding of 32-bit coordinates, but at most 1 % of the thickness of either part]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub touching: Option<Length>,
     /// Rays along the longest side of the box of an overlap [default: 128]. Like --pitch and --tolerance, for volumes that are

@@ -76,8 +76,10 @@ fn row(clashes: &Clashes, pair: &Pair) -> [String; 4] {
     };
     let amount = match pair.relation {
         Relation::Separate { distance, .. } => format!("{} apart", length(distance)),
-        Relation::Touching { distance: 0.0, depth: 0.0, .. } => "touching".to_owned(),
-        Relation::Touching { distance: 0.0, depth, .. } => format!("touching, at most {} deep", length(depth)),
+        Relation::Touching { distance: 0.0, depth_bound: 0.0, .. } => "touching".to_owned(),
+        Relation::Touching { distance: 0.0, depth_bound, .. } => {
+            format!("touching, at most {} deep", length(depth_bound))
+        }
         Relation::Touching { distance, .. } => format!("touching, {} apart", length(distance)),
         Relation::Overlapping(common) => {
             let volume = common.volume;
