@@ -2,9 +2,11 @@
 //! same vertices, sides and triangles there, and triangles that face each other vanish.
 //!
 //! Vertices within twice the distance of one another become one, vertices within it of a side or a triangle become corners there, and
-//! sides that pass each other get a common vertex, round by round until nothing new is as near (a form of iterated snap rounding; Valque and
-//! Lazard, "Removing self-intersections in 3D meshes while preserving floating-point coordinates", 2020). Each step maps the surface
-//! as a chain of triangles: its boundary stays zero, so every edge keeps as many uses in one direction as in the other.
+//! sides that pass each other get a common vertex, round by round until nothing new is as near (a form of iterated snap rounding;
+//! Valque and Lazard, "Removing self-intersections in 3D meshes while preserving floating-point coordinates", 2020). Diagonals between
+//! parts of a triangle wait for that: parts with the same corners come to have the same diagonals, where cutting them at once would
+//! double the parts from round to round. Each step maps the surface as a chain of triangles: its boundary stays zero, so every edge
+//! keeps as many uses in one direction as in the other.
 
 use std::collections::{HashMap, HashSet};
 
@@ -50,6 +52,8 @@ enum Meeting {
     Edges([[u32; 2]; 2]),
     /// A vertex and the inside of a triangle, its corners in order.
     Face { vertex: u32, face: [u32; 3] },
+    /// Two edges, of which one or both are diagonals between parts of a triangle.
+    Diagonals([[u32; 2]; 2]),
 }
 
 /// Gives parts of a closed, oriented mesh within a distance of one another the same vertices, and removes triangles that then face
@@ -66,7 +70,7 @@ pub(crate) fn snap<S: Copy + Send + Sync>(
     precision: Precision,
 ) -> u32 {
     let piece = |(whole, (&corners, is_suspect)): (u32, (&[u32; 3], bool))| {
-        let height = || Face::new(corners, corners.map(|vertex| mesh.positions[vertex as usize])).height;
+        let height = || Face::new(corners, corners.map(|vertex| mesh.positions[vertex as usize]), [true; 3]).height;
         // Of a triangle without extent it is no number.
         let is_thin = || height() <= distance || height().is_nan();
         let is_new = is_suspect || corners.iter().any(|&vertex| vertex >= first_of_cuts) && is_thin();
@@ -158,7 +162,12 @@ fn in_rounds(mut pieces: Vec<Piece>, positions: &[DVec3], distance: f64, precisi
     for _ in 0..ROUNDS {
         checkpoint();
         let mut meetings = meetings(&pieces, &positions, distance);
+        let is_diagonal = |meeting: &Meeting| matches!(meeting, Meeting::Diagonals(_));
+        let are_diagonals = meetings.iter().all(is_diagonal);
         meetings.retain(|meeting| {
+            if is_diagonal(meeting) && !are_diagonals {
+                return true;
+            }
             let times = times.entry(*meeting).or_default();
             *times += 1;
             is_settled &= *times <= MOST_TIMES;
@@ -181,6 +190,7 @@ fn in_rounds(mut pieces: Vec<Piece>, positions: &[DVec3], distance: f64, precisi
 struct Face {
     vertices: [u32; 3],
     corners: [DVec3; 3],
+    is_outer: [bool; 3],
     /// Of length 1; zero if the triangle has no area.
     normal: DVec3,
     /// Its least height.
@@ -190,7 +200,7 @@ struct Face {
 }
 
 impl Face {
-    fn new(vertices: [u32; 3], corners: [DVec3; 3]) -> Face {
+    fn new(vertices: [u32; 3], corners: [DVec3; 3], is_outer: [bool; 3]) -> Face {
         let lengths = [0, 1, 2].map(|i| corners[i].distance(corners[(i + 1) % 3]));
         let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
         // From the corner between the shorter sides, where the rounding is least.
@@ -198,7 +208,7 @@ impl Face {
         let normal = (b - a).cross(c - a);
         let height = normal.length() / lengths[longest];
         let error = 8.0 * f64::EPSILON * lengths.iter().product::<f64>() / normal.length();
-        Face { vertices, corners, normal: normal.normalize_or_zero(), height, error }
+        Face { vertices, corners, is_outer, normal: normal.normalize_or_zero(), height, error }
     }
 }
 
@@ -215,8 +225,8 @@ fn meetings(pieces: &[Piece], positions: &[DVec3], distance: f64) -> Vec<Meeting
     }
     let tree = FaceTree::of(&near, extent);
     let prepare = |place: usize| {
-        let vertices = pieces[tree.faces()[place] as usize].corners;
-        Face::new(vertices, vertices.map(at))
+        let Piece { corners, is_outer, .. } = pieces[tree.faces()[place] as usize];
+        Face::new(corners, corners.map(at), is_outer)
     };
     let is_wanted = |place: usize| pieces[tree.faces()[place] as usize].is_new;
     let look = |one: &Face, other: &Face| {
@@ -301,7 +311,11 @@ fn of_pair(one: &Face, other: &Face, distance: f64) -> Vec<Meeting> {
         for j in (0..3).filter(|&j| comes_near(one, both[0], j)) {
             let (second, second_ends) = side(other, j);
             if are_apart(&edge, &second) && do_pass(ends, second_ends, distance) {
-                found.push(Meeting::Edges([edge.min(second), edge.max(second)]));
+                let edges = [edge.min(second), edge.max(second)];
+                found.push(match one.is_outer[i] && other.is_outer[j] {
+                    true => Meeting::Edges(edges),
+                    false => Meeting::Diagonals(edges),
+                });
             }
         }
     }
@@ -403,6 +417,8 @@ fn apply(
             _ => None,
         })
         .collect();
+    // The parts of triangles come to have the same diagonals once they have the same corners.
+    let are_diagonals = meetings.iter().all(|meeting| matches!(meeting, Meeting::Diagonals(_)));
     let mut waiting: HashSet<[u32; 2]> = HashSet::new();
     let mut on_edges: HashMap<[u32; 2], Vec<(f64, u32)>> = HashMap::new();
     let mut in_faces: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
@@ -423,7 +439,8 @@ fn apply(
         match *meeting {
             Meeting::Vertices(_) => {}
             Meeting::Edge { vertex, edge } => insert(positions, vertex, edge),
-            Meeting::Edges(edges) => {
+            Meeting::Diagonals(edges) if !are_diagonals => waiting.extend(edges),
+            Meeting::Edges(edges) | Meeting::Diagonals(edges) => {
                 let is_settled = |edge: &[u32; 2]| {
                     bent.contains(edge) || edge.iter().any(|end| join(*end) != *end || heads.contains(end))
                 };

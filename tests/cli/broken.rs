@@ -50,22 +50,25 @@ fn prism(outline: &[[f64; 2]]) -> Vec<Triangle> {
 }
 
 #[test]
-fn walls_between_faces_of_a_star_that_lie_on_one_another_are_told() {
+fn faces_of_a_star_that_lie_on_one_another_leave_no_walls() {
     let folder = Folder::new();
     let corner = |i: usize| (0.8 * std::f64::consts::PI * i as f64).sin_cos();
     let star: Vec<[f64; 2]> = (0..5).map(corner).map(|(y, x)| [x, y]).collect();
     folder.stl("star.stl", &prism(&star));
     folder.stl("cube.stl", &cube(0.0, 1.0));
-    let unite = ["union", "star.stl", "cube.stl", "-o", "out.obj"];
-    folder.run(&unite).code(0).warns(&["star.stl: faces of one shell lie on one another", "cross near (", "nonzero"]);
-    let others = [&["--fill", "nonzero"][..], &["--mesh", "sampled"]];
-    for other in others {
-        let json = folder.json(&[&unite[..], other].concat());
-        assert!(!warning_codes(&json).contains(&"walls-left"), "{json}");
-        assert!(
-            !warning_codes(&folder.json(&["check", "out.obj"])["results"][0]).contains(&"meets-itself"),
-            "{other:?}"
-        );
+    let unite = ["union", "star.stl", "cube.stl"];
+    for more in [&[][..], &["--fill", "nonzero"], &["--mesh", "sampled"]] {
+        for out in ["out.obj", "out.stl"] {
+            let json = folder.json(&[&unite[..], more, &["-o", out]].concat());
+            assert!(!warning_codes(&json).contains(&"walls-left"), "{json}");
+            let checked = folder.run(&["check", out]).code(0);
+            assert!(!checked.stderr().contains("cross near"), "{more:?} {out}: {}", checked.stderr());
+            if more.is_empty() {
+                // Both sides of walls counted, too: it was 16.6.
+                let area = folder.json(&["check", out])["results"][0]["area"].as_f64().unwrap();
+                assert_near(area, 13.20017, 1e-4);
+            }
+        }
     }
     // Rays tell which of the faces bound the solid: five points without the pentagon between them.
     let json = folder.json(&["volume", "star.stl"]);
@@ -76,6 +79,15 @@ fn walls_between_faces_of_a_star_that_lie_on_one_another_are_told() {
     assert!(folder.run(&["volume", "star.stl"]).code(0).stdout().contains(" ± "));
     // Where no faces coincide, the area is exact.
     assert_eq!(folder.json(&["volume", "cube.stl"])["area_error"], 0.0);
+}
+
+#[test]
+fn walls_that_are_left_between_faces_of_one_shell_are_told() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &prism(&[[10.0, 4.0], [0.0, 7.0], [8.0, 5.0], [3.0, 6.0]]));
+    folder.stl("b.stl", &prism(&[[4.0, 2.0], [9.0, 4.0], [7.0, 4.0], [4.0, 6.0]]));
+    let words = ["faces of one shell lie on one another", "cross near (", "--fill nonzero"];
+    folder.run(&["xor", "a.stl", "b.stl", "-o", "out.off"]).code(0).warns(&words);
 }
 
 #[test]
