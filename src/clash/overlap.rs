@@ -28,6 +28,9 @@ pub struct Region {
 /// Largest number of points of the octree at which the search for the largest ball computes distances.
 const EVALUATIONS: usize = 1000;
 
+/// Most steps from the best of these points uphill.
+const CLIMB: usize = 64;
+
 /// Number of corners, and of triangles, of either body that the search starts from.
 const SEEDS: usize = 150;
 
@@ -231,15 +234,18 @@ fn deepest(a: &Body, b: &Body, bounds: Aabb, seeds: Vec<DVec3>) -> Region {
         }
         bound = cells.peek().map_or(best * (1.0 + TOLERANCE), |cell| cell.bound);
     }
-    // From the best place that was found, uphill along the axes.
+    // From the best place that was found, uphill along the axes, in longer steps while they lead there.
     let mut step = best;
-    while step > TOLERANCE * best {
+    for _ in 0..CLIMB {
         checkpoint();
         let beside = DVec3::AXES.into_iter().flat_map(|axis| [place + step * axis, place - step * axis]);
         let farther = beside.map(|point| (point, radius(point))).max_by(|a, b| a.1.total_cmp(&b.1));
         match farther.filter(|(_, found)| *found > best) {
-            Some(found) => (place, best) = found,
+            Some(found) => (step, (place, best)) = (2.0 * step, found),
             None => step *= 0.5,
+        }
+        if step <= TOLERANCE * best {
+            break;
         }
     }
     // Cells that could exceed the best ball by no more than the tolerance were dropped.
@@ -306,6 +312,18 @@ mod tests {
             let radius = found.deepest.truncate().length();
             assert!((4.0 * flat..4.0 + interference).contains(&radius), "{count}: {found:?}");
         }
+    }
+
+    #[test]
+    fn a_long_wedge_is_deepest_at_its_thick_end() {
+        // From 0.01 to 0.02 thick over a length of 10^5.
+        let mut wedge = solids::cuboid(DVec3::new(0.0, 0.0, -10.0), DVec3::new(1e5, 20.0, 0.0)).unwrap();
+        for corner in wedge.positions.iter_mut().filter(|corner| corner.z == 0.0) {
+            corner.z = if corner.x == 0.0 { 0.01 } else { 0.02 };
+        }
+        let block = solids::cuboid(DVec3::new(-5.0, -5.0, 0.0), DVec3::new(1e5 + 5.0, 25.0, 10.0)).unwrap();
+        let found = shared(&wedge, &block).unwrap();
+        assert!((0.0199..=0.02).contains(&found.depth) && found.deepest.x > 9.9e4, "{found:?}");
     }
 
     #[test]

@@ -657,7 +657,7 @@ const AREA_RESOLUTION: u32 = 512;
 
 /// Returns the surface area with an error estimate: the area of the mesh, times the share of it that bounds the solid according to
 /// rays along the three axes. It is exact if no triangle lies inside. If no ray meets a triangle, the share is 1. The error is the
-/// larger of the differences to the shares of two coarser rasters, and a pixel along the border of what lies inside.
+/// larger of the differences to the shares of two coarser rasters, plus a pixel along the border of what lies inside.
 fn surface_area(
     job: &MeasureJob,
     solid: &Solid,
