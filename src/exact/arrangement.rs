@@ -39,6 +39,8 @@ pub(super) struct Arrangement {
     crossings: Crossings,
     triples: Triples,
     windings: Windings,
+    /// For each body, the faces that are proved to meet no others of it and to have its winding number in front.
+    proved: Vec<Vec<bool>>,
 }
 
 impl Arrangement {
@@ -93,25 +95,36 @@ impl Arrangement {
             crossings,
             triples,
             windings,
+            proved: Vec::new(),
         };
         Ok((found, near))
     }
 
-    /// Returns the first reason of each solid why a winding number on which the result depends is not proved.
-    pub fn unproved(&self, near: &[Option<Near>], rule: &Rule) -> Vec<NotExact> {
+    /// Proves the winding numbers on which the result depends, and returns the first reason of each solid why one is not proved. Those
+    /// of `resting`, the same bodies before they grew, need no second proof: it is about their places as given.
+    pub fn prove(&mut self, near: &[Option<Near>], rule: &Rule, resting: Option<&Arrangement>) -> Vec<NotExact> {
         let mut is_met = vec![false; self.bodies.faces.len()];
         self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_met[face as usize] = true);
-        let reason = |(own, body): (usize, &Body)| {
+        let prove = |(own, body): (usize, &Body)| {
             checkpoint();
             if body.is_crossed {
-                return None;
+                return Ok(Vec::new());
             }
-            let why = fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_met, &self.windings), rule).err()?;
-            Some(NotExact { input: body.solid, why: body.as_given(why) })
+            let known = resting.map(|resting| &resting.proved[own][..]);
+            fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_met, &self.windings), rule, known)
+                .map_err(|why| NotExact { input: body.solid, why: body.as_given(why) })
         };
-        let mut found: Vec<NotExact> = self.bodies.bodies.par_iter().enumerate().filter_map(reason).collect();
-        found.dedup_by_key(|unproved| unproved.input);
-        found
+        let found: Vec<Result<Vec<bool>, NotExact>> = self.bodies.bodies.par_iter().enumerate().map(prove).collect();
+        let (mut proved, mut unproved) = (Vec::new(), Vec::new());
+        for found in found {
+            match found {
+                Ok(faces) => proved.push(faces),
+                Err(why) => unproved.push(why),
+            }
+        }
+        self.proved = proved;
+        unproved.dedup_by_key(|unproved: &mut NotExact| unproved.input);
+        unproved
     }
 
     /// Returns whether faces of different bodies coincide.

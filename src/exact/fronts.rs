@@ -27,7 +27,7 @@ use crate::mesh::{Unproved, prove_embedded};
 use crate::union_find::UnionFind;
 
 /// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which
-/// faces of all bodies others meet.
+/// faces of all bodies others meet. Returns the faces that are proved then, of which `known` were before.
 ///
 /// # Errors
 /// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
@@ -37,12 +37,16 @@ pub(super) fn prove(
     near: Option<&Near>,
     (is_crossed, windings): (&[bool], &Windings),
     rule: &Rule,
-) -> Result<(), Unproved> {
+    known: Option<&[bool]>,
+) -> Result<Vec<bool>, Unproved> {
     let body = &bodies.bodies[own];
-    let is_needed = needed(body, bodies, is_crossed, windings, rule);
+    let mut is_needed = needed(body, bodies, is_crossed, windings, rule);
+    if let Some(known) = known {
+        is_needed.iter_mut().zip(known).for_each(|(is_needed, is_known)| *is_needed &= !is_known);
+    }
     let needed = is_needed.par_iter().with_min_len(4096).filter(|&&is_needed| is_needed).count();
     if needed == 0 {
-        return Ok(());
+        return Ok(is_needed);
     }
     let first = body.faces.start;
     let all;
@@ -63,7 +67,8 @@ pub(super) fn prove(
     };
     let sheets = prove_embedded(tree, first, |face| bodies.corners(face), &is_needed).map_err(of_flat)?;
     checkpoint();
-    check(own, bodies, &is_needed, &sheets.parts)
+    check(own, bodies, &is_needed, &sheets.parts)?;
+    Ok(is_needed)
 }
 
 /// Returns for each face of a body whether it touches a place where the result depends on the body's solid.

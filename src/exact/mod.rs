@@ -189,7 +189,7 @@ impl<'a> Solution<'a> {
         mut wholeness: Vec<Wholeness>,
     ) -> Result<Solution<'a>, NotExact> {
         let rule = Rule { expression: &expression, fill };
-        match proved(&inputs.meshes, rule, &mut wholeness, Growth::Resting) {
+        match proved(&inputs.meshes, rule, &mut wholeness, None) {
             Ok(arrangement) => Ok(Solution { inputs, expression, fill, arrangement, wholeness }),
             Err(NotExact { input, why }) => Err(NotExact { input: inputs.firsts[input], why }),
         }
@@ -242,7 +242,7 @@ impl<'a> Solution<'a> {
         };
         let grown = || {
             let has_walls = self.arrangement.has_coincident_faces();
-            let grown = || proved(meshes, rule, &mut self.wholeness.clone(), Growth::Growing).ok();
+            let grown = || proved(meshes, rule, &mut self.wholeness.clone(), Some(&self.arrangement)).ok();
             surface(&has_walls.then(grown)??)
         };
         let (surface, suspects, rounding): (_, Vec<bool>, _) =
@@ -312,7 +312,7 @@ pub fn volumes_of_solid(mesh: &ClosedMesh) -> Result<[f64; 2], NotExact> {
 }
 
 /// Returns where the surfaces of solids meet, once their winding numbers are proved: of each as a whole, or of its shells, which
-/// `wholeness` then says.
+/// `wholeness` then says. Given where they meet while they rest, they grow.
 ///
 /// # Errors
 /// See [`Solution::of`].
@@ -320,12 +320,13 @@ fn proved(
     solids: &[&ClosedMesh],
     rule: Rule,
     wholeness: &mut [Wholeness],
-    growth: Growth,
+    mut resting: Option<&Arrangement>,
 ) -> Result<Arrangement, NotExact> {
+    let growth = if resting.is_some() { Growth::Growing } else { Growth::Resting };
     loop {
-        let found = Arrangement::of(solids, wholeness, rule.expression, growth);
-        let unproved = match &found {
-            Ok((arrangement, near)) => arrangement.unproved(near, &rule),
+        let mut found = Arrangement::of(solids, wholeness, rule.expression, growth);
+        let unproved = match &mut found {
+            Ok((arrangement, near)) => arrangement.prove(near, &rule, resting.take()),
             Err(refused) => vec![*refused],
         };
         if unproved.is_empty() {

@@ -191,6 +191,8 @@ struct Face {
     vertices: [u32; 3],
     corners: [DVec3; 3],
     is_outer: [bool; 3],
+    /// The box around the side from each corner.
+    around: [Aabb; 3],
     /// Of length 1; zero if the triangle has no area.
     normal: DVec3,
     /// Its least height.
@@ -201,14 +203,16 @@ struct Face {
 
 impl Face {
     fn new(vertices: [u32; 3], corners: [DVec3; 3], is_outer: [bool; 3]) -> Face {
-        let lengths = [0, 1, 2].map(|i| corners[i].distance(corners[(i + 1) % 3]));
+        let ends = [0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3]]);
+        let around = ends.map(|[p, q]| Aabb { min: p.min(q), max: p.max(q) });
+        let lengths = ends.map(|[p, q]| p.distance(q));
         let longest = (0..3).max_by(|&i, &j| lengths[i].total_cmp(&lengths[j])).unwrap_or(0);
         // From the corner between the shorter sides, where the rounding is least.
         let [a, b, c] = [2, 0, 1].map(|i| corners[(longest + i) % 3]);
         let normal = (b - a).cross(c - a);
         let height = normal.length() / lengths[longest];
         let error = 8.0 * f64::EPSILON * lengths.iter().product::<f64>() / normal.length();
-        Face { vertices, corners, is_outer, normal: normal.normalize_or_zero(), height, error }
+        Face { vertices, corners, is_outer, around, normal: normal.normalize_or_zero(), height, error }
     }
 }
 
@@ -310,7 +314,10 @@ fn of_pair(one: &Face, other: &Face, distance: f64) -> Vec<Meeting> {
         let (edge, ends) = side(one, i);
         for j in (0..3).filter(|&j| comes_near(one, both[0], j)) {
             let (second, second_ends) = side(other, j);
-            if are_apart(&edge, &second) && do_pass(ends, second_ends, distance) {
+            if are_apart(&edge, &second)
+                && may_be_near(one.around[i], other.around[j], distance)
+                && do_pass(ends, second_ends, distance)
+            {
                 let edges = [edge.min(second), edge.max(second)];
                 found.push(match one.is_outer[i] && other.is_outer[j] {
                     true => Meeting::Edges(edges),
@@ -320,6 +327,12 @@ fn of_pair(one: &Face, other: &Face, distance: f64) -> Vec<Meeting> {
         }
     }
     found
+}
+
+/// Returns false for boxes whose contents are farther from one another than a distance, whatever rounding does.
+fn may_be_near(one: Aabb, other: Aabb, distance: f64) -> bool {
+    let slack = DVec3::splat(2.0 * distance);
+    (one.min - slack).cmple(other.max).all() && (other.min - slack).cmple(one.max).all()
 }
 
 /// Returns a side of a face, its lower end first.
@@ -339,12 +352,14 @@ fn beside(vertex: u32, point: DVec3, face: &Face, distance: f64, found: &mut Vec
     let before = found.len();
     for i in 0..3 {
         let (edge, ends) = side(face, i);
-        if is_beside(point, ends, distance) {
+        if may_be_near(Aabb { min: point, max: point }, face.around[i], distance) && is_beside(point, ends, distance) {
             found.push(Meeting::Edge { vertex, edge });
         }
     }
+    let [a, b, _] = face.around;
     if found.len() == before
         && face.height > 2.0 * distance
+        && may_be_near(Aabb { min: point, max: point }, a.union(b), distance)
         && squared_distance(point, face.corners) <= distance * distance
     {
         let mut corners = face.vertices;
