@@ -24,6 +24,7 @@ use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Region};
+use crate::parallel;
 use crate::progress::stoppable;
 #[cfg(feature = "npz")]
 use crate::voxels;
@@ -292,7 +293,7 @@ impl<'s> SurfaceMesh<'s> {
     fn run<T: Send>(&self, work: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
         let monitor = Monitor::new(self.progress);
         match self.progress {
-            None => work(&monitor),
+            None => parallel::in_pool(|| work(&monitor)),
             Some(_) => stoppable(&monitor, 0, || work(&monitor)),
         }
     }

@@ -7,6 +7,7 @@ use crate::driver::job::{
 };
 use crate::grid::Axis;
 use crate::length::Length;
+use crate::parallel;
 use crate::progress::{Monitor, Progress, stoppable};
 use crate::sampler::{FillRule, Mode};
 
@@ -181,7 +182,7 @@ impl<'p> Settings<'p> {
     pub(crate) fn run<T: Send>(&self, operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
         let monitor = Monitor::new(self.progress);
         match (self.progress, self.threads) {
-            (None, 0) => operation(&monitor),
+            (None, 0) => parallel::in_pool(|| operation(&monitor)),
             _ => stoppable(&monitor, self.threads, || operation(&monitor)),
         }
     }

@@ -41,6 +41,13 @@ pub struct Costs {
     pub mesh: f64,
 }
 
+impl Costs {
+    fn of(triangles: f64, near: f64, segments: f64) -> Costs {
+        let volume = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
+        Costs { volume, mesh: volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments }
+    }
+}
+
 /// Returns the bytes that an exact volume of the solids and its mesh take.
 pub fn costs(solids: &[&Solid]) -> Costs {
     let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
@@ -51,14 +58,14 @@ pub fn costs(solids: &[&Solid]) -> Costs {
         .flat_map(|i| (i..solids.len()).map(move |j| [i, j]))
         .map(|pair| expected_segments(pair.map(|i| (solids[i], &drawn[i]))))
         .sum();
-    let volume = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
-    Costs { volume, mesh: volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments }
+    Costs::of(triangles, near, segments)
 }
 
-/// Returns an upper bound of the bytes that an exact volume of the solids takes, as if all triangles met.
-pub fn upper_bound(solids: &[&Solid]) -> f64 {
+/// Returns upper bounds of the bytes that an exact volume of the solids and its mesh take, as if all triangles met. For small solids
+/// the forecast would take as long as the volume.
+pub fn upper_bounds(solids: &[&Solid]) -> Costs {
     let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
-    (BYTES_OF_TRIANGLE + BYTES_OF_NEAR_TRIANGLE) * triangles + BYTES_OF_SEGMENT * 0.5 * triangles * triangles
+    Costs::of(triangles, triangles, 0.5 * triangles * triangles)
 }
 
 /// Returns about how many triangles of a solid lie in the box of another; of a single solid all.
@@ -228,6 +235,6 @@ mod tests {
         assert!((60.0..120.0).contains(&found), "{found}");
         assert_eq!(near(&solids[..1], 0), 480.0);
         let Costs { volume, mesh } = costs(&solids);
-        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < upper_bound(&solids));
+        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < upper_bounds(&solids).volume);
     }
 }

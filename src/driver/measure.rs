@@ -258,8 +258,12 @@ fn exact_result(
         VolumeMethod::Exact => Some(WITHOUT_EXACT),
         _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
-    let (costs, limit) = (exact_cost::costs(&solids.iter().collect::<Vec<_>>()), Limit::new(job.memory));
-    let held = machine::held_memory();
+    let (all, limit, held) = (solids.iter().collect::<Vec<_>>(), Limit::new(job.memory), machine::held_memory());
+    let bounds = exact_cost::upper_bounds(&all);
+    let costs = match memory::excess("the exact mesh", held, bounds.mesh, limit) {
+        None => bounds,
+        Some(_) => exact_cost::costs(&all),
+    };
     if let Some(excess) = memory::excess("the exact volume", held, costs.volume, limit) {
         if let Some(otherwise) = insists {
             return Err(Error::machine(format!("{excess}; {otherwise}")));
