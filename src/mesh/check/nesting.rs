@@ -7,6 +7,7 @@ use super::Face;
 use super::exact::orientation;
 use super::report::{MeshReport, ShellPlace};
 use super::shells::{Facing, Shell};
+use crate::closest::squared_distance;
 use crate::mesh::Aabb;
 use crate::mesh::measure::{EMPTY, include};
 use crate::mesh::meet::widest_axis;
@@ -106,7 +107,11 @@ fn contained(
 ) -> Vec<usize> {
     const TRIES: usize = 8;
     let mut inside = Vec::new();
-    for attempt in 0..TRIES {
+    let Aabb { min, max } = outer.bounds;
+    let rounding = ROUNDING * min.abs().max(max.abs()).max_element();
+    // A shell that touches the other one tells by points that rounding cannot have moved to the other side, if it has any.
+    let attempts = [rounding, 0.0].into_iter().flat_map(|slack| (0..TRIES).map(move |attempt| (attempt, slack)));
+    for (attempt, slack) in attempts {
         if candidates.is_empty() {
             break;
         }
@@ -120,7 +125,7 @@ fn contained(
             .iter()
             .map(|&shell| Query { shell, point: point(shell), crossings: 0, too_near: false })
             .collect();
-        cast(vertices, faces, outer, &mut queries);
+        cast(vertices, faces, outer, slack, &mut queries);
         candidates = queries.iter().filter(|query| query.too_near).map(|query| query.shell).collect();
         inside.extend(queries.iter().filter(|q| !q.too_near && q.crossings % 2 == 1).map(|q| q.shell));
     }
@@ -130,6 +135,9 @@ fn contained(
 /// Distance, relative to the size of a surface, within which a point counts as lying on it.
 const NEAR: f64 = 1e-12;
 
+/// Distance, relative to the largest coordinate, by which rounding to the numbers of a file may have moved a point: a few steps of `f32`.
+const ROUNDING: f64 = 2.4e-7;
+
 /// A point of a shell, and the crossings of the ray upwards from it with another shell.
 struct Query {
     shell: usize,
@@ -138,13 +146,13 @@ struct Query {
     too_near: bool,
 }
 
-/// Counts, for every query, the crossings of its ray with a shell.
-fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, queries: &mut [Query]) {
+/// Counts, for every query, the crossings of its ray with a shell. A point within `slack` of the shell is too near it.
+fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, slack: f64, queries: &mut [Query]) {
     if queries.is_empty() {
         return;
     }
     queries.sort_unstable_by(|a, b| a.point.x.total_cmp(&b.point.x).then(a.shell.cmp(&b.shell)));
-    let margin = (shell.bounds.max - shell.bounds.min).max_element() * NEAR;
+    let margin = slack.max((shell.bounds.max - shell.bounds.min).max_element() * NEAR);
     for &face in &shell.faces {
         let [a, b, c] = faces[face].corners.map(|vertex| vertices[vertex as usize]);
         let (min, max) = (a.min(b).min(c) - margin, a.max(b).max(c) + margin);
@@ -152,6 +160,10 @@ fn cast(vertices: &[DVec3], faces: &[Face], shell: &Shell, queries: &mut [Query]
         for query in queries[start..].iter_mut().take_while(|query| query.point.x <= max.x) {
             let p = query.point;
             if p.y < min.y || p.y > max.y || p.z > max.z {
+                continue;
+            }
+            if slack > 0.0 && p.z >= min.z && squared_distance(p, [a, b, c]) <= slack * slack {
+                query.too_near = true;
                 continue;
             }
             let above = above(a, b, c, p);
@@ -220,7 +232,7 @@ mod tests {
         let shell = Shell::new(&vertices, &faces, vec![0, 1]);
         let found = |x: f64, y: f64, z: f64| {
             let mut queries = [Query { shell: 0, point: DVec3::new(x, y, z), crossings: 0, too_near: false }];
-            cast(&vertices, &faces, &shell, &mut queries);
+            cast(&vertices, &faces, &shell, 0.0, &mut queries);
             (queries[0].crossings, queries[0].too_near)
         };
         // In the first plane, z = x / 4 + y / 2: in the face, in its side, in its box beside it.

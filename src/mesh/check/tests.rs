@@ -1,6 +1,6 @@
 //! Tests of the check on meshes with known defects.
 
-use glam::DVec2;
+use glam::{DQuat, DVec2, EulerRot};
 use proptest::prelude::*;
 
 use super::exact::orientation;
@@ -232,6 +232,37 @@ fn cavities_face_inwards() {
     assert!(!filled.is_solid());
     let reversed_whole = check(&reversed(&together(&[outer, reversed(&inner)])));
     assert_eq!(codes(&reversed_whole), [("inside-out", 1), ("no-volume", 1), ("solid-in-solid", 1)]);
+}
+
+/// Tetrahedra with a face in a face of a cube, which is turned, so that `f32` moves their corners to either side of it.
+#[test]
+fn shells_that_touch_another_are_on_the_side_of_their_other_corners() {
+    let single = |mesh: TriangleMesh, turn: DQuat| TriangleMesh {
+        positions: mesh.positions.iter().map(|&p| (turn * p).as_vec3().as_dvec3()).collect(),
+        triangles: mesh.triangles,
+    };
+    for i in 0..100 {
+        let at = f64::from(i);
+        let turn = DQuat::from_euler(EulerRot::XYZ, 0.1 + 0.3 * at, 0.2 * at, 0.7 * at);
+        let base = [[1.0, 1.0], [2.0, 1.1], [1.2, 1.9]].map(|[x, y]| DVec3::new(x, y, 4.0));
+        let on_face = |height: f64| {
+            let apex = DVec3::new(1.4, 1.3, 4.0 + height);
+            let [a, b, c] = [0, 1, 2].map(|corner| (corner + i) % 3);
+            let mesh = TriangleMesh {
+                positions: base.into_iter().chain([apex]).collect(),
+                triangles: vec![[a, b, c], [b, a, 3], [c, b, 3], [a, c, 3]],
+            };
+            if height < 0.0 { mesh } else { reversed(&mesh) }
+        };
+        let findings = |height: f64, faces_inwards: bool| {
+            let shell = if faces_inwards { reversed(&on_face(height)) } else { on_face(height) };
+            let report = check(&single(together(&[cube(DVec3::ZERO, 4.0), shell]), turn));
+            assert_eq!(report.shells, 2);
+            (report.inside_out.count, report.solids_in_solids.count)
+        };
+        assert_eq!([findings(0.5, false), findings(0.5, true)], [(0, 0), (1, 0)], "{i}");
+        assert_eq!([findings(-0.5, false), findings(-0.5, true)], [(0, 1), (0, 0)], "{i}");
+    }
 }
 
 #[test]
