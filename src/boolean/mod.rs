@@ -24,6 +24,7 @@ mod network;
 mod parse;
 mod plan;
 mod region;
+mod state;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,7 @@ mod volume_bounds;
 pub use expression::Expression;
 pub use parse::{ExpressionError, Found};
 pub use plan::{Leaf, Plan};
+pub(crate) use state::State;
 pub use sweep::Operand;
 pub use volume_bounds::VolumeBounds;
 pub(crate) use volume_bounds::box_volume;

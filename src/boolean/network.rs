@@ -99,6 +99,12 @@ impl Network {
         self.holds
     }
 
+    /// Returns whether the root is true.
+    #[inline]
+    pub fn holds(&self) -> bool {
+        self.holds
+    }
+
     /// Returns whether a leaf is true.
     #[inline]
     pub fn is_inside(&self, leaf: usize) -> bool {

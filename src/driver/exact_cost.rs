@@ -83,6 +83,9 @@ fn near_triangles(solids: &[&Solid], drawn: &[Drawn], i: usize) -> f64 {
 /// Returns about how many pairs of triangles of two solids, or of one, meet, with two standard deviations of the sample.
 fn expected_segments([(first, of_first), (second, of_second)]: [(&Solid, &Drawn); 2]) -> f64 {
     let is_same = std::ptr::eq(first, second);
+    if !touch(&first.bounds(), &second.bounds()) {
+        return 0.0;
+    }
     let [a, b] = [(of_first, second), (of_second, first)].map(|(own, other)| own.touching(&other.bounds()));
     let compared = &a.triangles[..a.triangles.len().min(COMPARED)];
     let boxes = |some: &[Triangle]| FourBoxes::of(some.iter().map(|triangle| Box32::of(triangle.extent)));
@@ -99,6 +102,10 @@ fn expected_segments([(first, of_first), (second, of_second)]: [(&Solid, &Drawn)
     let share = compared.len().max(1) as f64 / a.triangles.len().max(1) as f64;
     let each_way = if is_same { 2.0 } else { 1.0 };
     (met as f64 + 2.0 * (met as f64).sqrt()) * a.scale * b.scale / share / each_way
+}
+
+fn touch(one: &Aabb, other: &Aabb) -> bool {
+    one.min.cmple(other.max).all() && one.max.cmpge(other.min).all()
 }
 
 /// A sample of the triangles of a mesh.
@@ -144,7 +151,7 @@ impl Triangle {
     }
 
     fn touches(&self, around: &Aabb) -> bool {
-        self.extent.min.cmple(around.max).all() && self.extent.max.cmpge(around.min).all()
+        touch(&self.extent, around)
     }
 
     /// Returns whether triangles are neighbours, in one mesh or in two that coincide, where [`BYTES_OF_NEAR_TRIANGLE`] includes

@@ -8,6 +8,7 @@ use super::bodies::{Bodies, Body, Lattice, Region, Wholeness};
 use super::coincident::{self, Coincident};
 use super::crossings::Crossings;
 use super::near::Near;
+use super::numbers::Numbers;
 use super::pieces::Pieces;
 use super::result::Surface;
 use super::segments::{Meeting, Segment, meet, meet_beyond};
@@ -105,13 +106,14 @@ impl Arrangement {
     pub fn prove(&mut self, near: &[Option<Near>], rule: &Rule, resting: Option<&Arrangement>) -> Vec<NotExact> {
         let mut is_met = vec![false; self.bodies.faces.len()];
         self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_met[face as usize] = true);
+        let outside = Numbers::of(rule, self.solids);
         let prove = |(own, body): (usize, &Body)| {
             checkpoint();
             if body.is_crossed {
                 return Ok(Vec::new());
             }
             let known = resting.map(|resting| &resting.proved[own][..]);
-            fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_met, &self.windings), rule, known)
+            fronts::prove(own, &self.bodies, near[own].as_ref(), (&is_met, &self.windings), &outside, known)
                 .map_err(|why| NotExact { input: body.solid, why: body.as_given(why) })
         };
         let found: Vec<Result<Vec<bool>, NotExact>> = self.bodies.bodies.par_iter().enumerate().map(prove).collect();
@@ -154,7 +156,7 @@ impl Arrangement {
         is_on
     }
 
-    fn pieces<'a>(&'a self, rule: &'a Rule) -> Pieces<'a> {
+    fn pieces(&self, rule: &Rule) -> Pieces<'_> {
         let Arrangement { bodies, segments, crossings, triples, windings, .. } = self;
         Pieces::of(bodies, segments, (crossings, triples), windings, rule)
     }

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 
 use super::Rule;
 use super::bodies::Body;
+use super::numbers::Numbers;
 use super::signs::Plane;
 
 /// A face of each of two bodies that overlap in their common plane.
@@ -90,18 +91,19 @@ fn area(polygon: &[DVec2]) -> f64 {
 
 /// Returns the area of the true result less that of the displaced one, where the faces of two bodies coincide.
 pub(super) fn area_change(pairs: &[Coincident], bodies: [&Body; 2], rule: &Rule, solids: usize) -> f64 {
-    let holds = |behind: [bool; 2]| {
-        let mut windings = vec![0; solids];
+    let mut numbers = Numbers::of(rule, solids);
+    let mut holds = |behind: [bool; 2]| {
+        numbers.set(&[]);
         for (body, behind) in bodies.iter().zip(behind) {
-            windings[body.solid] += body.front + i32::from(behind);
+            numbers.add(body.solid, body.front + i32::from(behind));
         }
-        rule.holds(&windings)
+        numbers.holds()
     };
     let change = |pair: &Coincident| {
         // From behind the first face to its front.
         let (start, end) = ([true, pair.is_parallel], [false, !pair.is_parallel]);
         let between = if pair.second_is_in_front { [end[0], start[1]] } else { [start[0], end[1]] };
-        let [a, b, c] = [start, between, end].map(holds);
+        let [a, b, c] = [start, between, end].map(&mut holds);
         pair.area * (f64::from(a != c) - f64::from(a != b) - f64::from(b != c))
     };
     pairs.iter().map(change).sum()

@@ -17,17 +17,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::parallel::*;
 
-use super::Rule;
 use super::bodies::{Bodies, Body};
 use super::lines::{Line, Turned, seen_along_axes};
 use super::near::Near;
+use super::numbers::Numbers;
 use super::windings::Windings;
 use crate::cancel::checkpoint;
 use crate::mesh::{Unproved, prove_embedded};
 use crate::union_find::UnionFind;
 
 /// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which
-/// faces of all bodies others meet. Returns the faces that are proved then, of which `known` were before.
+/// faces of all bodies others meet; `outside` are the numbers outside of all. Returns the faces that are proved then, of which `known` were before.
 ///
 /// # Errors
 /// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
@@ -36,11 +36,11 @@ pub(super) fn prove(
     bodies: &Bodies,
     near: Option<&Near>,
     (is_crossed, windings): (&[bool], &Windings),
-    rule: &Rule,
+    outside: &Numbers,
     known: Option<&[bool]>,
 ) -> Result<Vec<bool>, Unproved> {
     let body = &bodies.bodies[own];
-    let mut is_needed = needed(body, bodies, is_crossed, windings, rule);
+    let mut is_needed = needed(body, bodies, is_crossed, windings, outside);
     if let Some(known) = known {
         is_needed.iter_mut().zip(known).for_each(|(is_needed, is_known)| *is_needed &= !is_known);
     }
@@ -72,10 +72,14 @@ pub(super) fn prove(
 }
 
 /// Returns for each face of a body whether it touches a place where the result depends on the body's solid.
-fn needed(body: &Body, bodies: &Bodies, is_crossed: &[bool], windings: &Windings, rule: &Rule) -> Vec<bool> {
+fn needed(body: &Body, bodies: &Bodies, is_crossed: &[bool], windings: &Windings, outside: &Numbers) -> Vec<bool> {
     let own = windings.patches_from(&body.points);
     let first = own.start;
-    let depends: Vec<bool> = own.map(|patch| rule.depends_on(body.solid, windings.of_patch(patch))).collect();
+    let depends = |numbers: &mut Numbers, patch: u32| {
+        numbers.set(windings.of_patch(patch));
+        numbers.depend_on(body.solid)
+    };
+    let depends: Vec<bool> = own.into_par_iter().with_min_len(4096).map_init(|| outside.clone(), depends).collect();
     // The corners of a face that is not crossed are of one patch.
     let of_face = |face: u32| {
         let [one, other, _] = bodies.faces[face as usize];

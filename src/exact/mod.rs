@@ -37,6 +37,7 @@ mod fronts;
 mod growth;
 mod lines;
 mod near;
+mod numbers;
 mod pieces;
 mod polynomial;
 mod result;
@@ -381,27 +382,6 @@ enum Growth {
 struct Rule<'e> {
     expression: &'e Expression,
     fill: FillRule,
-}
-
-impl Rule<'_> {
-    /// Returns whether the result depends on a solid, given the winding numbers of the others.
-    fn depends_on(&self, solid: usize, windings: &[i32]) -> bool {
-        let [outside, inside] = [false, true].map(|is_inside| {
-            self.expression.holds(|input| if input == solid { is_inside } else { self.is_inside(windings[input]) })
-        });
-        outside != inside
-    }
-
-    fn is_inside(&self, winding: i32) -> bool {
-        match self.fill {
-            FillRule::EvenOdd => winding & 1 != 0,
-            FillRule::NonZero => winding != 0,
-        }
-    }
-
-    fn holds(&self, windings: &[i32]) -> bool {
-        self.expression.holds(|input| self.is_inside(windings[input]))
-    }
 }
 
 #[cfg(test)]

@@ -7,10 +7,12 @@
 use super::Rule;
 use super::bodies::{Bodies, Body};
 use super::crossings::{Crossings, Side};
+use super::numbers::Numbers;
 use super::segments::Segment;
 use super::signs::Located;
 use super::triple::Triples;
 use super::windings::Windings;
+use crate::parallel::*;
 
 /// The surface of the result on one side of a face's piece of outline: 1 where the result lies behind the face alone, −1 where
 /// it lies in front alone, and 0 where there is no surface.
@@ -38,8 +40,9 @@ pub(super) struct Pieces<'a> {
     pub segments: &'a [Segment],
     crossings: &'a Crossings,
     windings: &'a Windings,
-    rule: &'a Rule<'a>,
     triples: &'a Triples,
+    /// The numbers outside of all solids.
+    outside: Numbers,
     /// The surface at the points of each patch.
     of_patch: Vec<Weight>,
 }
@@ -50,11 +53,19 @@ impl<'a> Pieces<'a> {
         segments: &'a [Segment],
         (crossings, triples): (&'a Crossings, &'a Triples),
         windings: &'a Windings,
-        rule: &'a Rule,
+        rule: &Rule,
     ) -> Pieces<'a> {
-        let mut pieces = Pieces { bodies, segments, crossings, windings, rule, triples, of_patch: Vec::new() };
-        pieces.of_patch = (0..windings.patches()).map(|patch| pieces.at_patch(patch)).collect();
+        let outside = Numbers::of(rule, windings.solids());
+        let mut pieces = Pieces { bodies, segments, crossings, windings, triples, outside, of_patch: Vec::new() };
+        let patches = (0..windings.patches()).into_par_iter().with_min_len(4096);
+        let of_patch = |numbers: &mut Numbers, patch: u32| pieces.at_patch(patch, numbers);
+        pieces.of_patch = patches.map_init(|| pieces.numbers(), of_patch).collect();
         pieces
+    }
+
+    /// Returns scratch space for the numbers at a point.
+    pub fn numbers(&self) -> Numbers {
+        self.outside.clone()
     }
 
     /// Returns the position of a vertex on the lattice.
@@ -85,33 +96,24 @@ impl<'a> Pieces<'a> {
         self.crossings.is_crossed(face)
     }
 
-    fn at_patch(&self, patch: u32) -> Weight {
+    fn at_patch(&self, patch: u32, numbers: &mut Numbers) -> Weight {
         let body = &self.bodies.bodies[self.bodies.body_of_point(self.windings.point_of(patch)) as usize];
-        let mut windings = self.windings.of_patch(patch).to_vec();
-        windings[body.solid] += body.front;
-        self.weight(&mut windings, body.solid)
-    }
-
-    /// Returns the surface on a face of a solid, given the winding numbers in front of it.
-    fn weight(&self, windings: &mut [i32], solid: usize) -> Weight {
-        let in_front = self.rule.holds(windings);
-        windings[solid] += 1;
-        let behind = self.rule.holds(windings);
-        windings[solid] -= 1;
-        Weight::from(behind) - Weight::from(in_front)
+        numbers.set(self.windings.of_patch(patch));
+        numbers.add(body.solid, body.front);
+        weight(numbers, body.solid)
     }
 
     /// Adds the change of winding numbers where a face is crossed.
-    fn step(&self, face: u32, enters: bool, windings: &mut [i32]) {
-        windings[self.bodies.solid_of_face(face)] += if enters { 1 } else { -1 };
+    fn step(&self, face: u32, enters: bool, numbers: &mut Numbers) {
+        numbers.add(self.bodies.solid_of_face(face), if enters { 1 } else { -1 });
     }
 
     fn crossing(&self, place: usize) -> u32 {
         (self.bodies.points.len() + place) as u32
     }
 
-    /// Visits the pieces of a side of a face, which have the face to their left. `windings` is scratch space.
-    pub fn side(&self, body: &Body, face: u32, side: usize, windings: &mut Vec<i32>, mut visit: impl FnMut(Piece)) {
+    /// Visits the pieces of a side of a face, which have the face to their left. `numbers` is scratch space.
+    pub fn side(&self, body: &Body, face: u32, side: usize, numbers: &mut Numbers, mut visit: impl FnMut(Piece)) {
         let corners = self.bodies.faces[face as usize];
         let [u, v] = [corners[side], corners[(side + 1) % 3]];
         let edge = [u.min(v), u.max(v)];
@@ -119,85 +121,88 @@ impl<'a> Pieces<'a> {
         if places.is_empty() {
             return visit(Piece { ends: [u, v], beside: [self.at_start([u, v]), 0] });
         }
-        windings.clear();
-        windings.extend_from_slice(self.windings.at(edge));
-        windings[body.solid] += body.front;
+        numbers.set(self.windings.at(edge));
+        numbers.add(body.solid, body.front);
         let mut from = edge[0];
         for place in places.clone().map(Some).chain([None]) {
             let to = place.map_or(edge[1], |place| self.crossing(place));
             let ends = if u > v { [to, from] } else { [from, to] };
-            visit(Piece { ends, beside: [self.weight(windings, body.solid), 0] });
+            visit(Piece { ends, beside: [weight(numbers, body.solid), 0] });
             if let Some(place) = place {
                 let crossing = self.crossings.list()[place];
-                self.step(crossing.face, crossing.enters, windings);
+                self.step(crossing.face, crossing.enters, numbers);
             }
             from = to;
         }
     }
 
-    /// Visits the pieces of a segment, on its first and on its second face.
-    pub fn segment(&self, index: u32, mut visit: impl FnMut([Piece; 2])) {
+    /// Visits the pieces of a segment, on its first and on its second face. `numbers` is scratch space.
+    pub fn segment(&self, index: u32, numbers: &mut Numbers, mut visit: impl FnMut([Piece; 2])) {
         let faces = self.segments[index as usize].faces;
         let solids = faces.map(|face| self.bodies.solid_of_face(face));
         let [start, end] = self.crossings.ends_of(index);
-        let mut windings = self.windings_at_start(index, start);
+        self.go_to_start(index, start, numbers);
         let triples = self.triples.of_segment(index);
         let first_triple = self.crossing(self.crossings.list().len());
         let mut from = start;
         for i in 0..=triples.len() {
             let to = triples.get(i).map_or(end, |triple| first_triple + triple.point);
             visit([(0, 1), (1, 0)].map(|(own, other)| {
-                let in_front = self.weight(&mut windings, solids[own]);
-                windings[solids[other]] += 1;
-                let behind = self.weight(&mut windings, solids[own]);
-                windings[solids[other]] -= 1;
+                let in_front = weight(numbers, solids[own]);
+                numbers.add(solids[other], 1);
+                let behind = weight(numbers, solids[own]);
+                numbers.add(solids[other], -1);
                 // The back of the second face lies to the left on the first, that of the first to the right on the second.
                 Piece { ends: if own == 0 { [from, to] } else { [to, from] }, beside: [behind, in_front] }
             }));
             if let Some(triple) = triples.get(i) {
-                self.step(triple.face, triple.enters, &mut windings);
+                self.step(triple.face, triple.enters, numbers);
             }
             from = to;
         }
     }
 
-    /// Returns the winding numbers in front of both faces of a segment, at the vertex where it starts.
-    fn windings_at_start(&self, index: u32, start: u32) -> Vec<i32> {
+    /// Moves in front of both faces of a segment, at the vertex where it starts.
+    fn go_to_start(&self, index: u32, start: u32, numbers: &mut Numbers) {
         let segment = &self.segments[index as usize];
         let points = self.bodies.points.len() as u32;
-        let (mut windings, owner) = match segment.side(segment.start, self.bodies) {
+        let owner = match segment.side(segment.start, self.bodies) {
             Some(Side { edge, owner, .. }) => {
-                let mut windings = self.windings.at(edge).to_vec();
+                numbers.set(self.windings.at(edge));
                 let (list, start) = (self.crossings.list(), (start - points) as usize);
                 let first =
                     list[..start].iter().rposition(|crossing| crossing.edge != edge).map_or(0, |before| before + 1);
                 for crossing in &list[first..start] {
-                    self.step(crossing.face, crossing.enters, &mut windings);
+                    self.step(crossing.face, crossing.enters, numbers);
                 }
                 if !list[start].enters {
-                    self.step(list[start].face, false, &mut windings);
+                    self.step(list[start].face, false, numbers);
                 }
-                (windings, owner)
+                owner
             }
             None => {
                 // Around the corner, from the side that starts there.
                 let owner = segment.faces[0];
                 let [_, second, _] = self.bodies.corners_from(owner, start);
-                let mut windings = self.windings.at([start, second]).to_vec();
+                numbers.set(self.windings.at([start, second]));
                 for pass in self.windings.stars().passes(start, owner) {
                     let is_own = pass.segment == index;
                     if !(is_own && pass.enters) {
-                        self.step(owner, pass.enters, &mut windings);
+                        self.step(owner, pass.enters, numbers);
                     }
                     if is_own {
                         break;
                     }
                 }
-                (windings, owner)
+                owner
             }
         };
         let body = &self.bodies.bodies[self.bodies.body_of_face(owner) as usize];
-        windings[body.solid] += body.front;
-        windings
+        numbers.add(body.solid, body.front);
     }
+}
+
+/// Returns the surface on a face of a solid, given the winding numbers in front of it.
+fn weight(numbers: &mut Numbers, solid: usize) -> Weight {
+    Weight::from(numbers.holds_with(solid, 1)) - Weight::from(numbers.holds())
 }

@@ -9,6 +9,7 @@ use crate::parallel::*;
 use glam::{DVec2, DVec3};
 
 use super::cut::triangulate;
+use super::numbers::Numbers;
 use super::pieces::{Pieces, Weight};
 use crate::cancel::checkpoint;
 use crate::mesh::{Precision, TriangleMesh, renumber};
@@ -69,7 +70,7 @@ pub(super) fn surface(
                 place: &place,
                 epsilon: precision.epsilon(),
                 error,
-                windings: Vec::new(),
+                numbers: pieces.numbers(),
                 outline: Vec::new(),
             };
             let mut part = (Vec::new(), Vec::new());
@@ -105,24 +106,22 @@ pub(super) fn surface(
 
 /// Returns the pieces of segments beside which the surface changes, sorted by faces.
 fn bounds(pieces: &Pieces) -> Vec<Bound> {
-    let mut bounds: Vec<Bound> = (0..pieces.segments.len() as u32)
-        .into_par_iter()
-        .with_min_len(SEGMENTS)
-        .flat_map_iter(|segment| {
-            let faces = pieces.segments[segment as usize].faces;
-            let mut found = Vec::new();
-            pieces.segment(segment, |both| {
-                for (face, piece) in faces.into_iter().zip(both) {
-                    for (piece, [own, beyond]) in [(piece, piece.beside), (piece.turned(), piece.turned().beside)] {
-                        if own != beyond && own != 0 {
-                            found.push(Bound { face, weight: own, ends: piece.ends });
-                        }
+    let of_segment = |numbers: &mut Numbers, segment: u32| {
+        let faces = pieces.segments[segment as usize].faces;
+        let mut found = Vec::new();
+        pieces.segment(segment, numbers, |both| {
+            for (face, piece) in faces.into_iter().zip(both) {
+                for (piece, [own, beyond]) in [(piece, piece.beside), (piece.turned(), piece.turned().beside)] {
+                    if own != beyond && own != 0 {
+                        found.push(Bound { face, weight: own, ends: piece.ends });
                     }
                 }
-            });
-            found
-        })
-        .collect();
+            }
+        });
+        found
+    };
+    let segments = (0..pieces.segments.len() as u32).into_par_iter().with_min_len(SEGMENTS);
+    let mut bounds: Vec<Bound> = segments.map_init(|| pieces.numbers(), of_segment).flatten_iter().collect();
     bounds.par_sort_unstable();
     bounds
 }
@@ -133,7 +132,7 @@ struct Cutter<'a, P> {
     place: &'a P,
     epsilon: f64,
     error: f64,
-    windings: Vec<i32>,
+    numbers: Numbers,
     outline: Vec<[u32; 2]>,
 }
 
@@ -177,7 +176,7 @@ impl<P: Fn(u32) -> DVec3> Cutter<'_, P> {
             let outline = &mut self.outline;
             let corners = bodies.faces[face as usize];
             let is_upwards = corners[side] < corners[(side + 1) % 3];
-            self.pieces.side(body, face, side, &mut self.windings, |piece| {
+            self.pieces.side(body, face, side, &mut self.numbers, |piece| {
                 if piece.beside[0] != weight {
                     return;
                 }

@@ -1,10 +1,13 @@
 //! The weighted triangles of the result's surface, summed.
 
+use std::ops::Range;
+
 use crate::parallel::*;
 
 use glam::DVec3;
 
-use super::bodies::{Bodies, Lattice};
+use super::bodies::{Bodies, Body, Lattice};
+use super::numbers::Numbers;
 use super::pieces::{Piece, Pieces};
 use super::signs::Located;
 use crate::cancel::checkpoint;
@@ -45,19 +48,20 @@ impl Sums {
         let faces = sum_faces(pieces);
         let count = pieces.segments.len() as u32;
         let starts: Vec<u32> = (0..count).step_by(CHUNK).collect();
-        let chunks = starts.into_par_iter().map(|start| {
+        let of_chunk = |numbers: &mut Numbers, start: u32| {
             checkpoint();
             let mut sums = Sums::default();
-            (start..count.min(start + CHUNK as u32)).for_each(|segment| sums.add_segment(pieces, segment));
+            (start..count.min(start + CHUNK as u32)).for_each(|segment| sums.add_segment(pieces, segment, numbers));
             sums
-        });
+        };
+        let chunks = starts.into_par_iter().map_init(|| pieces.numbers(), of_chunk);
         faces.into_iter().chain(chunks.collect::<Vec<_>>()).fold(Sums::default(), Sums::join)
     }
 
     /// Adds the pieces of a segment to both of its faces.
-    fn add_segment(&mut self, pieces: &Pieces, segment: u32) {
+    fn add_segment(&mut self, pieces: &Pieces, segment: u32, numbers: &mut Numbers) {
         let fans = pieces.segments[segment as usize].faces.map(|face| Fan::of(face, pieces.bodies));
-        pieces.segment(segment, |both| {
+        pieces.segment(segment, numbers, |both| {
             for (fan, piece) in fans.iter().zip(&both) {
                 self.add_piece(pieces, fan, piece);
             }
@@ -133,15 +137,14 @@ fn sum_faces(pieces: &Pieces) -> Vec<Sums> {
         starts.map(move |start| (body, start..body.faces.end.min(start + CHUNK as u32)))
     });
     let all: Vec<_> = all.collect();
-    let chunks = all.into_par_iter().map(|(body, chunk)| {
+    let of_chunk = |numbers: &mut Numbers, (body, chunk): (&Body, Range<u32>)| {
         checkpoint();
         let mut sums = Sums::default();
-        let mut windings = Vec::new();
         for face in chunk {
             if pieces.is_crossed(face) {
                 let fan = Fan::of(face, bodies);
                 for side in 0..3 {
-                    pieces.side(body, face, side, &mut windings, |piece| {
+                    pieces.side(body, face, side, numbers, |piece| {
                         sums.add_piece(pieces, &fan, &piece);
                     });
                 }
@@ -156,8 +159,8 @@ fn sum_faces(pieces: &Pieces) -> Vec<Sums> {
             }
         }
         sums
-    });
-    chunks.collect()
+    };
+    all.into_par_iter().map_init(|| pieces.numbers(), of_chunk).collect()
 }
 
 fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {

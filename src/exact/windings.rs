@@ -5,6 +5,7 @@
 //! point of each connected surface is located by a ray. The own number of a body that meets itself is
 //! known at its outermost point, and changes at the crossings of its edges with its faces in the same way.
 
+use std::mem::replace;
 use std::ops::Range;
 
 use crate::parallel::*;
@@ -12,6 +13,7 @@ use crate::parallel::*;
 use super::bodies::Bodies;
 use super::crossings::{Crossing, Crossings};
 use super::near::Near;
+use super::numbers::Listed;
 use super::signs::{Plane, Vertex, is_left_of};
 use super::stars::{Stars, Turn, outermost};
 use crate::box_tree::Box32;
@@ -27,7 +29,9 @@ pub(super) struct Windings {
     patch_of_sector: Vec<u32>,
     /// The first sector of each patch.
     first_sectors: Vec<u32>,
-    numbers: Vec<i32>,
+    /// The numbers that are not 0, with their solids, and where those of each patch are.
+    numbers: Vec<(u32, i32)>,
+    of_patches: Vec<Range<usize>>,
 }
 
 impl Windings {
@@ -41,49 +45,53 @@ impl Windings {
         let (patch_of_sector, first_sectors) = patches(bodies, crossings, &stars);
         let patches = first_sectors.len();
         let links = Links::of(crossings, &stars, &patch_of_sector, patches);
-        let mut found = Windings { solids, stars, patch_of_sector, first_sectors, numbers: vec![0; solids * patches] };
-        let mut rays = Rays { bodies, near, met: bodies.bodies.iter().map(|_| MetBody::default()).collect() };
-        let mut is_known = vec![false; patches];
+        let (numbers, of_patches) = (Vec::new(), vec![0..0; patches]);
+        let mut found = Windings { solids, stars, patch_of_sector, first_sectors, numbers, of_patches };
         let all = &bodies.bodies;
         let crossed = all.iter().enumerate().filter(|(_, body)| body.is_crossed);
-        let (has_crossed, mut arriving) = (crossed.clone().next().is_some(), vec![0; solids]);
+        let (has_crossed, mut arriving) = (crossed.clone().next().is_some(), Listed::default());
         let of_crossed = crossed.map(|(own, body)| {
             let (edge, number) = outermost(own, bodies);
             (found.patch(edge) as usize, number - body.front)
         });
         let others = (0..patches).map(|patch| (patch, 0));
-        let starts: Vec<(usize, i32)> = of_crossed.chain(others).collect();
-        for (patch, own_number) in starts {
-            if std::mem::replace(&mut is_known[patch], true) {
-                continue;
-            }
+        // Of each set of linked patches, one is located.
+        let linked = UnionFind::new(patches as u32);
+        links.list.iter().for_each(|link| linked.join(link.from, link.to));
+        let mut is_known = vec![false; patches];
+        let is_first = |&(patch, _): &(usize, i32)| !replace(&mut is_known[linked.find(patch as u32) as usize], true);
+        let firsts: Vec<(usize, i32)> = of_crossed.chain(others).filter(is_first).collect();
+        let points = firsts.iter().map(|&(patch, _)| found.point_of(patch as u32)).collect();
+        let located = locate(points, bodies, near);
+        is_known.fill(false);
+        for ((patch, own_number), mut numbers) in firsts.into_iter().zip(located) {
             checkpoint();
-            let point = found.point_of(patch as u32);
-            let numbers = &mut found.numbers[solids * patch..solids * (patch + 1)];
-            rays.locate(point, numbers);
-            numbers[all[bodies.body_of_point(point) as usize].solid] += own_number;
+            is_known[patch] = true;
+            let own = bodies.body_of_point(found.point_of(patch as u32));
+            numbers.add(all[own as usize].solid, own_number);
+            found.know(patch, &numbers);
             let mut pending = vec![patch];
             while let Some(from) = pending.pop() {
                 for link in links.of_patch(from) {
                     let to = link.to as usize;
-                    let is_first = !std::mem::replace(&mut is_known[to], true);
+                    let is_first = !replace(&mut is_known[to], true);
                     if !is_first && !has_crossed {
                         continue;
                     }
-                    arriving.copy_from_slice(found.of_patch(from as u32));
+                    arriving.set(found.of_patch(from as u32));
                     match link.way {
                         Way::Along { edge, is_upwards } => {
                             for crossing in crossings.along(edge) {
                                 let is_entered = crossing.enters == is_upwards;
-                                arriving[bodies.solid_of_face(crossing.face)] += if is_entered { 1 } else { -1 };
+                                arriving.add(bodies.solid_of_face(crossing.face), if is_entered { 1 } else { -1 });
                             }
                         }
-                        Way::Around { solid, change } => arriving[solid] += change,
+                        Way::Around { solid, change } => arriving.add(solid, change),
                     }
                     if is_first {
-                        found.numbers[solids * to..solids * (to + 1)].copy_from_slice(&arriving);
+                        found.know(to, &arriving);
                         pending.push(to);
-                    } else if found.of_patch(link.to) != arriving {
+                    } else if found.of_patch(link.to) != arriving.list() {
                         // No surface has such numbers; they would be of one that touches itself still.
                         bodies.note_touching(found.point_of(link.to));
                     }
@@ -99,15 +107,25 @@ impl Windings {
         self.patch_of_sector[self.stars.sector(edge) as usize]
     }
 
-    /// Returns the winding numbers of all solids in front of the faces at the start of an edge, less `Body::front` of its body.
-    pub fn at(&self, edge: [u32; 2]) -> &[i32] {
+    /// Returns the winding numbers that are not 0 in front of the faces at the start of an edge, less `Body::front` of its body.
+    pub fn at(&self, edge: [u32; 2]) -> &[(u32, i32)] {
         self.of_patch(self.patch(edge))
     }
 
     /// Returns [`Windings::at`] of the edges that start in a patch.
-    pub fn of_patch(&self, patch: u32) -> &[i32] {
-        let first = self.solids * patch as usize;
-        &self.numbers[first..first + self.solids]
+    pub fn of_patch(&self, patch: u32) -> &[(u32, i32)] {
+        &self.numbers[self.of_patches[patch as usize].clone()]
+    }
+
+    fn know(&mut self, patch: usize, numbers: &Listed) {
+        let first = self.numbers.len();
+        self.numbers.extend_from_slice(numbers.list());
+        self.of_patches[patch] = first..self.numbers.len();
+    }
+
+    /// Returns the number of solids.
+    pub fn solids(&self) -> usize {
+        self.solids
     }
 
     /// Returns the number of patches.
@@ -219,43 +237,28 @@ impl Links {
     }
 }
 
-/// Rays along +x from points, through the bodies.
-struct Rays<'b> {
-    bodies: &'b Bodies,
-    near: &'b [Option<Near>],
-    met: Vec<MetBody>,
-}
-
-/// A body that rays meet.
-#[derive(Default)]
-struct MetBody {
-    /// True if a ray has been tested against all faces; for one ray, that is faster than to sort them.
-    was_met: bool,
-    /// The sorted faces, for all further rays.
-    faces: Option<FaceTree>,
-}
-
-impl Rays<'_> {
-    /// Adds the winding numbers of all other bodies at a point.
-    fn locate(&mut self, point: u32, numbers: &mut [i32]) {
-        let bodies = self.bodies;
+/// Returns the winding numbers of all solids at some points, by rays along +x, without those of the points' own bodies.
+fn locate(points: Vec<u32>, bodies: &Bodies, near: &[Option<Near>]) -> Vec<Listed> {
+    let all = &bodies.bodies;
+    let around = |&point: &u32| -> Vec<usize> {
+        let (own, here) = (bodies.body_of_point(point) as usize, Box32::around([bodies.points[point as usize]]));
+        (0..all.len()).filter(|&body| body != own && all[body].extent.touches(&here)).collect()
+    };
+    let around: Vec<Vec<usize>> = points.par_iter().map(around).collect();
+    let mut rays = vec![0u32; all.len()];
+    around.iter().flatten().for_each(|&body| rays[body] += 1);
+    let whole = |body: usize| near[body].as_ref().and_then(Near::whole);
+    // For one ray, it is faster to test all faces than to sort them.
+    let sorted = |body: usize| (rays[body] > 1 && whole(body).is_none()).then(|| bodies.tree(&all[body]));
+    let sorted: Vec<Option<FaceTree>> = (0..all.len()).into_par_iter().map(sorted).collect();
+    let numbers = |(&point, around): (&u32, &Vec<usize>)| {
+        checkpoint();
         let position = bodies.points[point as usize];
-        let own = bodies.body_of_point(point) as usize;
-        let vertex = Vertex::of(bodies, point, own as u32);
-        let here = Box32::around([position]);
-        for (index, body) in bodies.bodies.iter().enumerate() {
-            if index == own || !body.extent.touches(&here) {
-                continue;
-            }
+        let vertex = Vertex::of(bodies, point, bodies.body_of_point(point));
+        let mut numbers = Listed::default();
+        for &body in around {
             let across = |face| winding(&bodies.plane(face), &vertex);
-            let met = &mut self.met[index];
-            let tree = match self.near[index].as_ref().and_then(Near::whole) {
-                Some(tree) => Some(tree),
-                None if met.was_met => Some(&*met.faces.get_or_insert_with(|| bodies.tree(body))),
-                None => None,
-            };
-            met.was_met = true;
-            numbers[body.solid] += match tree {
+            let number = match whole(body).or(sorted[body].as_ref()) {
                 Some(tree) => {
                     let mut sum = 0;
                     tree.ahead_of(position, |face| sum += across(face));
@@ -263,11 +266,15 @@ impl Rays<'_> {
                 }
                 None => {
                     let is_ahead = |face: &u32| bodies.extent(*face).is_ahead_of(position);
-                    bodies.faces_in_runs(body, |run| run.is_ahead_of(position)).filter(is_ahead).map(across).sum()
+                    let faces = bodies.faces_in_runs(&all[body], |run| run.is_ahead_of(position));
+                    faces.filter(is_ahead).map(across).sum()
                 }
             };
+            numbers.add(all[body].solid, number);
         }
-    }
+        numbers
+    };
+    points.par_iter().zip(around.par_iter()).map(numbers).collect()
 }
 
 /// Returns the contribution of a face to the winding number of its body at a point of another: 1 if the ray along x from the
