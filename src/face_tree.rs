@@ -47,7 +47,6 @@ impl FaceTree {
         FaceTree::over(order, extents)
     }
 
-    /// Returns the hierarchy over faces in this order, with their boxes.
     /// Returns the hierarchy of at least one face, each with its own box.
     pub fn of(faces: &[u32], extent: impl Fn(u32) -> Box32 + Sync + Send) -> FaceTree {
         let all = || faces.par_iter().with_min_len(1 << 10).map(|&face| (face, extent(face)));
@@ -55,6 +54,7 @@ impl FaceTree {
         FaceTree::new(&bounds, all(), &extent)
     }
 
+    /// Returns the hierarchy over faces in this order, with their boxes.
     fn over(order: Vec<u32>, extents: Vec<FourBoxes>) -> FaceTree {
         let leaves = extents.par_iter().with_min_len(1 << 10).map(FourBoxes::union).collect();
         FaceTree { extents, tree: BoxTree::over(order, leaves) }
@@ -103,8 +103,30 @@ impl FaceTree {
         prepare: impl Fn(usize) -> P + Sync,
         look: impl Fn(&P, &P) -> Option<T> + Sync,
     ) -> Vec<T> {
+        let look = |p: &P, q: &P, found: &mut Vec<T>| found.extend(look(p, q));
         let found: Vec<Vec<T>> = self.own_pairs_by_block(is_wanted, &prepare, &look).collect();
         found.into_iter().flatten().collect()
+    }
+
+    /// Returns all that `look` finds, and adds to a list, of the same pairs, each once and in order. Pairs of faces that share corners find
+    /// the same again and again: what a block finds is reduced before the next, so that it is not all held at once.
+    pub fn distinct_of_own_pairs<P, T: Ord + Send>(
+        &self,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+        prepare: impl Fn(usize) -> P + Sync,
+        look: impl Fn(&P, &P, &mut Vec<T>) + Sync,
+    ) -> Vec<T> {
+        let distinct = |mut found: Vec<T>| {
+            found.sort_unstable();
+            found.dedup();
+            found.shrink_to_fit();
+            found
+        };
+        let found: Vec<Vec<T>> = self.own_pairs_by_block(is_wanted, &prepare, &look).map(distinct).collect();
+        let mut found: Vec<T> = found.into_iter().flatten().collect();
+        found.par_sort_unstable();
+        found.dedup();
+        found
     }
 
     /// Returns what [`own_pairs`](Self::own_pairs) finds in the first block that has any; those after it may not be looked at.
@@ -114,15 +136,16 @@ impl FaceTree {
         prepare: impl Fn(usize) -> P + Sync,
         look: impl Fn(&P, &P) -> Option<T> + Sync,
     ) -> Option<Vec<T>> {
+        let look = |p: &P, q: &P, found: &mut Vec<T>| found.extend(look(p, q));
         self.own_pairs_by_block(is_wanted, &prepare, &look).find_first(|found| !found.is_empty())
     }
 
-    /// Returns what [`own_pairs`](Self::own_pairs) finds in each block.
+    /// Returns what `look` adds to a list for the pairs of each block.
     fn own_pairs_by_block<P, T: Send>(
         &self,
         is_wanted: impl Fn(usize) -> bool + Sync,
         prepare: &(impl Fn(usize) -> P + Sync),
-        look: &(impl Fn(&P, &P) -> Option<T> + Sync),
+        look: &(impl Fn(&P, &P, &mut Vec<T>) + Sync),
     ) -> impl IndexedParallelIterator<Item = Vec<T>> {
         let wanted_of_leaf = |leaf: u32| -> u16 {
             self.tree.places(leaf).zip(0..).map(|(place, i)| u16::from(is_wanted(place)) << i).sum()
@@ -147,7 +170,7 @@ impl FaceTree {
             let prepare = |_: &FaceTree, place: usize| prepare(place);
             for beside in beside.chunks(MOST_BESIDE) {
                 let pairs = |leaves| pairs(leaves, &wanted);
-                self.visit_pairs(block, (self, beside), pairs, (scratch, &prepare), |p, q| found.extend(look(p, q)));
+                self.visit_pairs(block, (self, beside), pairs, (scratch, &prepare), |p, q| look(p, q, &mut found));
             }
             found
         };
@@ -346,6 +369,14 @@ mod tests {
             let mut all = tree.own_pairs(place_is_wanted, |place| tree.faces()[place], pair);
             let first = tree.first_of_own_pairs(place_is_wanted, |place| tree.faces()[place], pair).unwrap_or_default();
             prop_assert!(all.starts_with(&first) && first.is_empty() == all.is_empty());
+            let distinct =
+                tree.distinct_of_own_pairs(place_is_wanted, |place| tree.faces()[place], |&f, &g, found| {
+                    found.extend([f.min(g), f.max(g), f]);
+                });
+            let mut corners: Vec<u32> = all.as_flattened().to_vec();
+            corners.sort_unstable();
+            corners.dedup();
+            prop_assert_eq!(distinct, corners);
             all.sort_unstable();
             let count = boxes.len() as u32;
             let expected = (0..count).flat_map(|f| (f + 1..count).map(move |g| [f, g]));

@@ -175,7 +175,11 @@ impl<'p> Settings<'p> {
     /// # Errors
     /// Those of the function, and [`Error::Cancelled`].
     pub fn install<T: Send>(&self, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
-        self.run(|_| work())
+        match (self.progress, self.threads) {
+            // The function may lock, or wait for other threads: it stays on the caller's.
+            (None, 0) => work(),
+            _ => self.run(|_| work()),
+        }
     }
 
     /// Runs an operation on the threads of the settings, with a monitor of its progress.

@@ -1,5 +1,7 @@
 //! The state of an expression while a ray is swept: counters of true operands, from the leaves to the root.
 
+use std::sync::Arc;
+
 /// The index that denotes no counter.
 const NONE: u32 = u32::MAX;
 
@@ -42,8 +44,8 @@ pub(super) struct Link {
 pub(super) struct Network {
     counters: Vec<Counter>,
     /// The first link of each leaf in `links`; one entry more than leaves.
-    starts: Vec<u32>,
-    links: Vec<Link>,
+    starts: Arc<[u32]>,
+    links: Arc<[Link]>,
     inside: Vec<bool>,
     holds: bool,
 }
@@ -65,7 +67,7 @@ impl Network {
             *end += links.len() as u32;
             Some(*end)
         }));
-        let links: Vec<Link> = leaves.concat();
+        let (starts, links) = (starts.into(), leaves.concat().into());
         let mut network = Network { counters, starts, links, inside: vec![false; leaves.len()], holds: false };
         network.set(|_| false);
         debug_assert!(!network.holds, "where no input is, there is no result");

@@ -48,6 +48,16 @@ impl Plan {
     ///
     /// An estimate is valid where the under-estimate of each input lies within its over-estimate.
     pub fn new(expression: &Expression, mode: Mode) -> Plan {
+        let plan = Plan::without_table(expression, mode);
+        let leaves = plan.leaves.len();
+        let steps = expression.terms().len() << leaves.min(TABLE_LEAVES);
+        let is_small = leaves <= TABLE_LEAVES && steps <= TABLE_STEPS;
+        let table = is_small.then(|| table(&mut plan.network.clone(), leaves));
+        Plan { table, ..plan }
+    }
+
+    /// Compiles an expression without the table of its results, which only a sweep of many rays is worth.
+    pub(super) fn without_table(expression: &Expression, mode: Mode) -> Plan {
         let gates = Gates::of(expression, mode);
         let Counters { rules, parents, places } = gates.counters();
         let mut leaves: Vec<(usize, Role)> = places.iter().map(|place| place.leaf).collect();
@@ -64,15 +74,12 @@ impl Plan {
         }
         let counters: Vec<_> = rules.into_iter().zip(parents).collect();
         let network = Network::new(&counters, &links);
-        let steps = expression.terms().len() << leaves.len().min(TABLE_LEAVES);
-        let is_small = leaves.len() <= TABLE_LEAVES && steps <= TABLE_STEPS;
-        let table = is_small.then(|| table(&mut network.clone(), leaves.len()));
         let polarities = polarities.into_iter().map(|polarity| polarity.expect("every leaf has a place")).collect();
         let of_role = |(input, role)| match role {
             Role::Same => Leaf { input, mode },
             Role::Opposite => Leaf { input, mode: mode.opposite() },
         };
-        Plan { leaves: leaves.into_iter().map(of_role).collect(), polarities, network, table, gates }
+        Plan { leaves: leaves.into_iter().map(of_role).collect(), polarities, network, table: None, gates }
     }
 
     /// Returns the images that are needed, by input and then that of the mode of the result first.

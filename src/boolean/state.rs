@@ -1,4 +1,6 @@
-//! Whether a point is in the result of an expression, as it moves into inputs and out of them.
+//! Follows a point as it moves into inputs and out of them: it tells whether the point is in the result of an expression.
+
+use std::sync::Arc;
 
 use super::expression::Expression;
 use super::network::Network;
@@ -8,21 +10,23 @@ use crate::ldi::Mode;
 /// The mark of an input that the expression does not refer to.
 const UNUSED: u32 = u32::MAX;
 
-/// The inputs that a point is in, none at first, and whether it is in the result. A change takes as many steps as operations change.
+/// The inputs that a point is in, none at first, and whether it is in the result. To move it takes a step for each operation whose value
+/// changes.
 #[derive(Clone)]
 pub(crate) struct State {
     network: Network,
     /// The leaf of each input.
-    leaves: Vec<u32>,
+    leaves: Arc<[u32]>,
 }
 
 impl State {
     /// Returns the state of a point in none of a number of inputs.
     pub fn of(expression: &Expression, inputs: usize) -> State {
-        let plan = Plan::new(expression, Mode::Exact);
+        let plan = Plan::without_table(expression, Mode::Exact);
         let mut leaves = vec![UNUSED; inputs];
+        // An exact plan has one leaf for each input.
         (0..).zip(plan.leaves()).for_each(|(leaf, of)| leaves[of.input] = leaf);
-        State { network: plan.network, leaves }
+        State { network: plan.network, leaves: leaves.into() }
     }
 
     /// Moves the point into an input, or out of it.
@@ -38,26 +42,5 @@ impl State {
     #[inline]
     pub fn holds(&self) -> bool {
         self.network.holds()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::super::tests::expressions;
-    use super::*;
-
-    proptest! {
-        #[test]
-        fn a_state_is_that_of_the_expression(expression in expressions(), flips in prop::collection::vec(0..8usize, 0..40)) {
-            let mut inside = [false; 8];
-            let mut state = State::of(&expression, 8);
-            for input in flips {
-                inside[input] ^= true;
-                state.flip(input);
-                prop_assert_eq!(state.holds(), expression.holds(|input| inside[input]));
-            }
-        }
     }
 }

@@ -152,6 +152,25 @@ fn triangles_beyond_32_bits_are_refused() {
     assert_eq!(from(u32::MAX - 2), Err(refused));
 }
 
+#[test]
+fn the_state_of_a_point_is_that_of_the_expression() {
+    let mut random = Inputs::new(3);
+    for inputs in 1..=8 {
+        for _ in 0..200 {
+            let expression = random.expression(inputs);
+            // The last input is used by no expression.
+            let mut inside = vec![false; inputs + 1];
+            let mut state = State::of(&expression, inputs + 1);
+            for _ in 0..20 {
+                let input = random.below(inputs + 1);
+                inside[input] ^= true;
+                state.flip(input);
+                assert_eq!(state.holds(), expression.holds(|input| inside[input]), "{expression:?}, {inside:?}");
+            }
+        }
+    }
+}
+
 /// Random expressions and rays.
 struct Inputs(Congruential);
 

@@ -42,6 +42,7 @@ pub struct Costs {
 }
 
 impl Costs {
+    /// Returns those of a number of triangles, of those that are near another solid, and of segments.
     fn of(triangles: f64, near: f64, segments: f64) -> Costs {
         let volume = BYTES_OF_TRIANGLE * triangles + BYTES_OF_NEAR_TRIANGLE * near + BYTES_OF_SEGMENT * segments;
         Costs { volume, mesh: volume + BYTES_OF_MESH_TRIANGLE * triangles + BYTES_OF_MESH_SEGMENT * segments }
@@ -61,9 +62,9 @@ pub fn costs(solids: &[&Solid]) -> Costs {
     Costs::of(triangles, near, segments)
 }
 
-/// Returns upper bounds of the bytes that an exact volume of the solids and its mesh take, as if all triangles met. For small solids
-/// the forecast would take as long as the volume.
-pub fn upper_bounds(solids: &[&Solid]) -> Costs {
+/// Returns a forecast of the same as if each triangle met each other one, without a look at them: for small solids [`costs`] takes as
+/// long as the volume.
+pub fn costs_if_all_meet(solids: &[&Solid]) -> Costs {
     let triangles: f64 = solids.iter().map(|solid| solid.mesh().triangles.len() as f64).sum();
     Costs::of(triangles, triangles, 0.5 * triangles * triangles)
 }
@@ -104,6 +105,7 @@ fn expected_segments([(first, of_first), (second, of_second)]: [(&Solid, &Drawn)
     (met as f64 + 2.0 * (met as f64).sqrt()) * a.scale * b.scale / share / each_way
 }
 
+/// Returns whether two boxes have a common point.
 fn touch(one: &Aabb, other: &Aabb) -> bool {
     one.min.cmple(other.max).all() && one.max.cmpge(other.min).all()
 }
@@ -242,6 +244,6 @@ mod tests {
         assert!((60.0..120.0).contains(&found), "{found}");
         assert_eq!(near(&solids[..1], 0), 480.0);
         let Costs { volume, mesh } = costs(&solids);
-        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < upper_bounds(&solids).volume);
+        assert!(mesh > volume && volume > 492.0 * BYTES_OF_TRIANGLE && volume < costs_if_all_meet(&solids).volume);
     }
 }

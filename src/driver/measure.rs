@@ -259,9 +259,10 @@ fn exact_result(
         _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
     let (all, limit, held) = (solids.iter().collect::<Vec<_>>(), Limit::new(job.memory), machine::held_memory());
-    let bounds = exact_cost::upper_bounds(&all);
-    let costs = match memory::excess("the exact mesh", held, bounds.mesh, limit) {
-        None => bounds,
+    let most = exact_cost::costs_if_all_meet(&all);
+    let bytes = if request.is_some() { most.mesh } else { most.volume };
+    let costs = match memory::excess("the exact mesh", held, bytes, limit) {
+        None => most,
         Some(_) => exact_cost::costs(&all),
     };
     if let Some(excess) = memory::excess("the exact volume", held, costs.volume, limit) {

@@ -40,8 +40,8 @@ pub(super) struct Arrangement {
     crossings: Crossings,
     triples: Triples,
     windings: Windings,
-    /// For each body, the faces that are proved to meet no others of it and to have its winding number in front.
-    proved: Vec<Vec<bool>>,
+    /// For each body, the faces that were proved here to meet no others of it and to have its winding number in front.
+    pub proved: Vec<Vec<bool>>,
 }
 
 impl Arrangement {
@@ -101,8 +101,10 @@ impl Arrangement {
         Ok((found, near))
     }
 
-    /// Proves the winding numbers on which the result depends, and returns the first reason of each solid why one is not proved. Those
-    /// of `resting`, the same bodies before they grew, need no second proof: it is about their places as given.
+    /// Proves the winding numbers on which the result depends, and returns the first reason of each solid why one is not proved.
+    /// Faces that were proved in `resting`, which has the same bodies before they grew, need no second proof: whether faces of one body
+    /// meet, and what is in front of them, is decided by their corners as given, and growth moves no corner by more than an
+    /// infinitesimal.
     pub fn prove(&mut self, near: &[Option<Near>], rule: &Rule, resting: Option<&Arrangement>) -> Vec<NotExact> {
         let mut is_met = vec![false; self.bodies.faces.len()];
         self.segments.iter().flat_map(|segment| segment.faces).for_each(|face| is_met[face as usize] = true);

@@ -27,7 +27,8 @@ use crate::mesh::{Unproved, prove_embedded};
 use crate::union_find::UnionFind;
 
 /// Proves the numbers of a body; see the module's docs. `near` holds its faces near other bodies, and `is_crossed` tells which
-/// faces of all bodies others meet; `outside` are the numbers outside of all. Returns the faces that are proved then, of which `known` were before.
+/// faces of all bodies others meet; `outside` has the winding numbers of a point in no solid. Returns the faces that were proved, which
+/// lack those that are `known`.
 ///
 /// # Errors
 /// Faces that meet, and a set of faces that has another number; faces are numbered within the body.
@@ -77,7 +78,7 @@ fn needed(body: &Body, bodies: &Bodies, is_crossed: &[bool], windings: &Windings
     let first = own.start;
     let depends = |numbers: &mut Numbers, patch: u32| {
         numbers.set(windings.of_patch(patch));
-        numbers.depend_on(body.solid)
+        numbers.depends_on(body.solid)
     };
     let depends: Vec<bool> = own.into_par_iter().with_min_len(4096).map_init(|| outside.clone(), depends).collect();
     // The corners of a face that is not crossed are of one patch.

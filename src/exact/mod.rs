@@ -313,7 +313,7 @@ pub fn volumes_of_solid(mesh: &ClosedMesh) -> Result<[f64; 2], NotExact> {
 }
 
 /// Returns where the surfaces of solids meet, once their winding numbers are proved: of each as a whole, or of its shells, which
-/// `wholeness` then says. Given where they meet while they rest, they grow.
+/// `wholeness` then says. They rest, or, once it is known where they meet `resting`, grow.
 ///
 /// # Errors
 /// See [`Solution::of`].
@@ -325,9 +325,11 @@ fn proved(
 ) -> Result<Arrangement, NotExact> {
     let growth = if resting.is_some() { Growth::Growing } else { Growth::Resting };
     loop {
+        // Only while they are of the same bodies.
+        let resting = resting.take();
         let mut found = Arrangement::of(solids, wholeness, rule.expression, growth);
         let unproved = match &mut found {
-            Ok((arrangement, near)) => arrangement.prove(near, &rule, resting.take()),
+            Ok((arrangement, near)) => arrangement.prove(near, &rule, resting),
             Err(refused) => vec![*refused],
         };
         if unproved.is_empty() {
@@ -387,6 +389,33 @@ struct Rule<'e> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boolean::BooleanOperation;
+
+    #[test]
+    fn solids_that_grow_are_proved_where_they_were_not_at_rest() {
+        let cuboid = |corners: [[f64; 3]; 2]| {
+            let [min, max] = corners.map(DVec3::from);
+            ClosedMesh::check(crate::solids::cuboid(min, max).unwrap()).unwrap()
+        };
+        // Two sides lie in sides of the other one.
+        let (a, b) = (cuboid([[0.0; 3], [2.0; 3]]), cuboid([[2.0, 0.0, 0.5], [4.0, 1.0, 1.5]]));
+        let expression = Expression::of_inputs(BooleanOperation::Union, 2);
+        let mut solution = Solution::of(&[&a, &b], &expression, FillRule::NonZero).unwrap();
+        assert!(solution.arrangement.proved.iter().flatten().filter(|is_proved| **is_proved).count() > 12);
+        let mut proved_with = |known: &dyn Fn(usize) -> bool| {
+            solution.arrangement.proved = [0, 1].map(|_| (0..12).map(known).collect()).into();
+            let (rule, mut wholeness) = (solution.rule(), solution.wholeness.clone());
+            let found = proved(&solution.inputs.meshes, rule, &mut wholeness, Some(&solution.arrangement));
+            found.unwrap().proved
+        };
+        let needed = proved_with(&|_| false);
+        assert_eq!(proved_with(&|_| true), [[false; 12]; 2]);
+        let of_every_third = proved_with(&|face| face % 3 != 0);
+        for (found, needed) in of_every_third.iter().zip(&needed) {
+            let expected: Vec<bool> = needed.iter().zip(0..).map(|(needed, face)| *needed && face % 3 == 0).collect();
+            assert!(*found == expected && expected.contains(&true));
+        }
+    }
 
     #[test]
     fn no_volume_is_beyond_the_box_of_its_solid() {

@@ -4,16 +4,18 @@ use super::Rule;
 use crate::boolean::State;
 use crate::ldi::FillRule;
 
-/// The winding numbers that are not 0, by ascending solids.
+/// The winding numbers at a point that are not 0, by ascending solids.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Listed(Vec<(u32, i32)>);
 
 impl Listed {
+    /// Replaces the numbers.
     pub fn set(&mut self, numbers: &[(u32, i32)]) {
         self.0.clear();
         self.0.extend_from_slice(numbers);
     }
 
+    /// Changes the number of a solid.
     pub fn add(&mut self, solid: usize, change: i32) {
         match self.0.binary_search_by_key(&(solid as u32), |&(solid, _)| solid) {
             Ok(place) if self.0[place].1 + change == 0 => _ = self.0.remove(place),
@@ -23,6 +25,7 @@ impl Listed {
         }
     }
 
+    /// Returns the solids with their numbers.
     pub fn list(&self) -> &[(u32, i32)] {
         &self.0
     }
@@ -34,12 +37,12 @@ pub(super) struct Numbers {
     fill: FillRule,
     state: State,
     numbers: Vec<i32>,
-    /// The solids whose numbers may not be 0.
+    /// All solids whose numbers are not 0, and others; some several times.
     changed: Vec<u32>,
 }
 
 impl Numbers {
-    /// Returns the numbers of so many solids outside of all.
+    /// Returns the numbers of a point in none of the solids.
     pub fn of(rule: &Rule, solids: usize) -> Numbers {
         let state = State::of(rule.expression, solids);
         Numbers { fill: rule.fill, state, numbers: vec![0; solids], changed: Vec::new() }
@@ -53,6 +56,7 @@ impl Numbers {
         numbers.iter().for_each(|&(solid, number)| self.add(solid as usize, number));
     }
 
+    /// Changes the number of a solid.
     #[inline]
     pub fn add(&mut self, solid: usize, change: i32) {
         let (before, after) = (self.numbers[solid], self.numbers[solid] + change);
@@ -81,7 +85,7 @@ impl Numbers {
     }
 
     /// Returns whether it depends on one solid if the point is in the result, given the numbers of the others.
-    pub fn depend_on(&mut self, solid: usize) -> bool {
+    pub fn depends_on(&mut self, solid: usize) -> bool {
         let before = self.holds();
         self.state.flip(solid);
         let after = self.holds();
@@ -118,7 +122,7 @@ mod tests {
         let expression = Expression::of_inputs(BooleanOperation::Difference, 3);
         for (fill, holds) in [(FillRule::NonZero, false), (FillRule::EvenOdd, true)] {
             let mut numbers = Numbers::of(&Rule { expression: &expression, fill }, 3);
-            assert!(!numbers.holds() && numbers.depend_on(0) && !numbers.depend_on(1));
+            assert!(!numbers.holds() && numbers.depends_on(0) && !numbers.depends_on(1));
             numbers.set(&[(0, 1), (1, 2)]);
             assert_eq!(numbers.holds(), holds);
             assert!(numbers.holds_with(1, -2) && !numbers.holds_with(1, -1));
@@ -126,7 +130,11 @@ mod tests {
             numbers.add(2, -1);
             assert!(!numbers.holds());
             numbers.set(&[(0, -1)]);
-            assert!(numbers.holds() && numbers.depend_on(1));
+            assert!(numbers.holds() && numbers.depends_on(1));
+            // From 0 and back, so that it is listed twice, and then to another number.
+            assert!(!numbers.holds_with(2, 3) && !numbers.holds_with(2, -1));
+            numbers.add(2, 2);
+            assert_eq!((numbers.holds(), numbers.depends_on(0)), (holds, holds));
             numbers.set(&[]);
             assert!(!numbers.holds());
         }

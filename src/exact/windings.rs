@@ -7,6 +7,7 @@
 
 use std::mem::replace;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::parallel::*;
 
@@ -58,18 +59,18 @@ impl Windings {
         // Of each set of linked patches, one is located.
         let linked = UnionFind::new(patches as u32);
         links.list.iter().for_each(|link| linked.join(link.from, link.to));
-        let mut is_known = vec![false; patches];
-        let is_first = |&(patch, _): &(usize, i32)| !replace(&mut is_known[linked.find(patch as u32) as usize], true);
+        let mut has_first = vec![false; patches];
+        let is_first = |&(patch, _): &(usize, i32)| !replace(&mut has_first[linked.find(patch as u32) as usize], true);
         let firsts: Vec<(usize, i32)> = of_crossed.chain(others).filter(is_first).collect();
         let points = firsts.iter().map(|&(patch, _)| found.point_of(patch as u32)).collect();
         let located = locate(points, bodies, near);
-        is_known.fill(false);
+        let mut is_known = vec![false; patches];
         for ((patch, own_number), mut numbers) in firsts.into_iter().zip(located) {
             checkpoint();
             is_known[patch] = true;
             let own = bodies.body_of_point(found.point_of(patch as u32));
             numbers.add(all[own as usize].solid, own_number);
-            found.know(patch, &numbers);
+            found.note(patch, &numbers);
             let mut pending = vec![patch];
             while let Some(from) = pending.pop() {
                 for link in links.of_patch(from) {
@@ -89,7 +90,7 @@ impl Windings {
                         Way::Around { solid, change } => arriving.add(solid, change),
                     }
                     if is_first {
-                        found.know(to, &arriving);
+                        found.note(to, &arriving);
                         pending.push(to);
                     } else if found.of_patch(link.to) != arriving.list() {
                         // No surface has such numbers; they would be of one that touches itself still.
@@ -117,7 +118,8 @@ impl Windings {
         &self.numbers[self.of_patches[patch as usize].clone()]
     }
 
-    fn know(&mut self, patch: usize, numbers: &Listed) {
+    /// Notes the numbers of a patch.
+    fn note(&mut self, patch: usize, numbers: &Listed) {
         let first = self.numbers.len();
         self.numbers.extend_from_slice(numbers.list());
         self.of_patches[patch] = first..self.numbers.len();
@@ -240,23 +242,23 @@ impl Links {
 /// Returns the winding numbers of all solids at some points, by rays along +x, without those of the points' own bodies.
 fn locate(points: Vec<u32>, bodies: &Bodies, near: &[Option<Near>]) -> Vec<Listed> {
     let all = &bodies.bodies;
-    let around = |&point: &u32| -> Vec<usize> {
+    let around = |point: u32| {
         let (own, here) = (bodies.body_of_point(point) as usize, Box32::around([bodies.points[point as usize]]));
-        (0..all.len()).filter(|&body| body != own && all[body].extent.touches(&here)).collect()
+        (0..all.len()).filter(move |&body| body != own && all[body].extent.touches(&here))
     };
-    let around: Vec<Vec<usize>> = points.par_iter().map(around).collect();
-    let mut rays = vec![0u32; all.len()];
-    around.iter().flatten().for_each(|&body| rays[body] += 1);
+    let rays: Vec<AtomicU32> = all.iter().map(|_| AtomicU32::new(0)).collect();
+    points.par_iter().for_each(|&point| around(point).for_each(|body| _ = rays[body].fetch_add(1, Ordering::Relaxed)));
     let whole = |body: usize| near[body].as_ref().and_then(Near::whole);
     // For one ray, it is faster to test all faces than to sort them.
-    let sorted = |body: usize| (rays[body] > 1 && whole(body).is_none()).then(|| bodies.tree(&all[body]));
+    let is_sorted = |body: usize| rays[body].load(Ordering::Relaxed) > 1 && whole(body).is_none();
+    let sorted = |body: usize| is_sorted(body).then(|| bodies.tree(&all[body]));
     let sorted: Vec<Option<FaceTree>> = (0..all.len()).into_par_iter().map(sorted).collect();
-    let numbers = |(&point, around): (&u32, &Vec<usize>)| {
+    let numbers = |&point: &u32| {
         checkpoint();
         let position = bodies.points[point as usize];
         let vertex = Vertex::of(bodies, point, bodies.body_of_point(point));
         let mut numbers = Listed::default();
-        for &body in around {
+        for body in around(point) {
             let across = |face| winding(&bodies.plane(face), &vertex);
             let number = match whole(body).or(sorted[body].as_ref()) {
                 Some(tree) => {
@@ -274,7 +276,7 @@ fn locate(points: Vec<u32>, bodies: &Bodies, near: &[Option<Near>]) -> Vec<Liste
         }
         numbers
     };
-    points.par_iter().zip(around.par_iter()).map(numbers).collect()
+    points.par_iter().map(numbers).collect()
 }
 
 /// Returns the contribution of a face to the winding number of its body at a point of another: 1 if the ray along x from the

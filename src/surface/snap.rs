@@ -233,14 +233,8 @@ fn meetings(pieces: &[Piece], positions: &[DVec3], distance: f64) -> Vec<Meeting
         Face::new(corners, corners.map(at), is_outer)
     };
     let is_wanted = |place: usize| pieces[tree.faces()[place] as usize].is_new;
-    let look = |one: &Face, other: &Face| {
-        let found = of_pair(one, other, distance);
-        (!found.is_empty()).then_some(found)
-    };
-    let mut found = tree.own_pairs(is_wanted, prepare, look).concat();
-    found.par_sort_unstable();
-    found.dedup();
-    found
+    let look = |one: &Face, other: &Face, found: &mut Vec<Meeting>| of_pair(one, other, distance, found);
+    tree.distinct_of_own_pairs(is_wanted, prepare, look)
 }
 
 /// Returns the triangles that may be near new ones, in order: those whose boxes touch cells that the boxes of new ones touch.
@@ -283,24 +277,23 @@ fn near(pieces: &[Piece], extent: impl Fn(u32) -> Box32 + Sync) -> Vec<u32> {
     (0..pieces.len() as u32).into_par_iter().with_min_len(1 << 10).filter(may_touch).collect()
 }
 
-/// Returns what of two triangles lies near one another.
-fn of_pair(one: &Face, other: &Face, distance: f64) -> Vec<Meeting> {
+/// Adds what of two triangles lies near one another.
+fn of_pair(one: &Face, other: &Face, distance: f64, found: &mut Vec<Meeting>) {
     let heights = |face: &Face, of: &Face| of.corners.map(|corner| face.normal.dot(corner - face.corners[0]));
     let both = [heights(one, other), heights(other, one)];
     for (face, heights) in [one, other].into_iter().zip(both) {
         let limit = distance + face.error;
         // The error of a triangle without area is no number.
         if heights.iter().all(|&height| height > limit) || heights.iter().all(|&height| height < -limit) {
-            return Vec::new();
+            return;
         }
     }
-    let mut found = Vec::new();
     for (face, of, heights) in [(one, other, both[0]), (other, one, both[1])] {
         for (i, height) in heights.into_iter().enumerate() {
             let (vertex, point) = (of.vertices[i], of.corners[i]);
             let is_far = height.abs() > distance + face.error;
             if !is_far && !face.vertices.contains(&vertex) {
-                beside(vertex, point, face, distance, &mut found);
+                beside(vertex, point, face, distance, found);
             }
         }
     }
@@ -326,7 +319,6 @@ fn of_pair(one: &Face, other: &Face, distance: f64) -> Vec<Meeting> {
             }
         }
     }
-    found
 }
 
 /// Returns false for boxes whose contents are farther from one another than a distance, whatever rounding does.

@@ -99,7 +99,7 @@ pub fn overlap(
         memory::excess(subject, room.held, bytes * (room.beside + 1) as f64, room.limit)
     };
     let forecast = || excess(exact_cost::costs(&parts).volume);
-    if let Some(excess) = excess(exact_cost::upper_bounds(&parts).volume).and_then(|_| forecast()) {
+    if let Some(excess) = excess(exact_cost::costs_if_all_meet(&parts).volume).and_then(|_| forecast()) {
         if room.beside > 0 {
             return Ok(None);
         }

@@ -109,7 +109,8 @@ fn contained(
     let mut inside = Vec::new();
     let Aabb { min, max } = outer.bounds;
     let rounding = ROUNDING * min.abs().max(max.abs()).max_element();
-    // A shell that touches the other one tells by points that rounding cannot have moved to the other side, if it has any.
+    // A shell that touches the other one tells by points that rounding cannot have moved to the other side, if it has any; else the
+    // same points are tried again, at the cost of twice as many casts.
     let attempts = [rounding, 0.0].into_iter().flat_map(|slack| (0..TRIES).map(move |attempt| (attempt, slack)));
     for (attempt, slack) in attempts {
         if candidates.is_empty() {
