@@ -108,8 +108,8 @@ impl FaceTree {
         found.into_iter().flatten().collect()
     }
 
-    /// Returns all that `look` finds, and adds to a list, of the same pairs, each once and in order. Pairs of faces that share corners find
-    /// the same again and again: what a block finds is reduced before the next, so that it is not all held at once.
+    /// Returns what `look` adds to a list for the same pairs, each item once and in order. Where pairs share corners, they add the same
+    /// items again and again: those of a block are reduced before the next, so that not all are held at once.
     pub fn distinct_of_own_pairs<P, T: Ord + Send>(
         &self,
         is_wanted: impl Fn(usize) -> bool + Sync,

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use crate::Error;
 use crate::cancel::{self, Unwound};
+use crate::parallel;
 
 /// A listener to a long operation. All methods may be called from any thread.
 pub trait Progress: Sync {
@@ -96,12 +97,28 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 /// The stack of each thread in bytes, as large as that of a main thread.
 const STACK: usize = 8 << 20;
 
+/// Runs an operation with a monitor of its progress: [`stoppable`] with a listener or a number of threads, else on the current pool.
+///
+/// # Errors
+/// Those of the operation and of [`stoppable`].
+pub(crate) fn run<T: Send>(
+    listener: Option<&dyn Progress>,
+    threads: usize,
+    operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send,
+) -> Result<T, Error> {
+    let monitor = Monitor::new(listener);
+    match (listener, threads) {
+        (None, 0) => parallel::in_pool(|| operation(&monitor)),
+        _ => stoppable(&monitor, threads, || operation(&monitor)),
+    }
+}
+
 /// Runs an operation on `threads` threads (0: as many as here) that the monitor's listener can stop at any checkpoint of its loops
 /// (`cancel.rs`).
 ///
 /// # Errors
 /// Those of the operation; [`Error::Cancelled`] where it was stopped; a machine error where no threads could be started.
-pub(crate) fn stoppable<T: Send>(
+fn stoppable<T: Send>(
     monitor: &Monitor,
     threads: usize,
     operation: impl FnOnce() -> Result<T, Error> + Send,

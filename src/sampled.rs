@@ -24,8 +24,7 @@ use crate::mesh::{LengthUnit, Precision, TriangleMesh};
 use crate::metrics::distance::{Crossings, DistanceField};
 use crate::metrics::thickness::local_thickness;
 use crate::metrics::{BoundaryCondition, Region};
-use crate::parallel;
-use crate::progress::stoppable;
+use crate::progress;
 #[cfg(feature = "npz")]
 use crate::voxels;
 use crate::{Error, Estimate, Mode, Monitor, Progress, Warning};
@@ -291,10 +290,6 @@ impl<'s> SurfaceMesh<'s> {
     }
 
     fn run<T: Send>(&self, work: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
-        let monitor = Monitor::new(self.progress);
-        match self.progress {
-            None => parallel::in_pool(|| work(&monitor)),
-            Some(_) => stoppable(&monitor, 0, || work(&monitor)),
-        }
+        progress::run(self.progress, 0, work)
     }
 }

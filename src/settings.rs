@@ -7,8 +7,7 @@ use crate::driver::job::{
 };
 use crate::grid::Axis;
 use crate::length::Length;
-use crate::parallel;
-use crate::progress::{Monitor, Progress, stoppable};
+use crate::progress::{self, Monitor, Progress};
 use crate::sampler::{FillRule, Mode};
 
 /// The axes of the images.
@@ -184,11 +183,7 @@ impl<'p> Settings<'p> {
 
     /// Runs an operation on the threads of the settings, with a monitor of its progress.
     pub(crate) fn run<T: Send>(&self, operation: impl FnOnce(&Monitor) -> Result<T, Error> + Send) -> Result<T, Error> {
-        let monitor = Monitor::new(self.progress);
-        match (self.progress, self.threads) {
-            (None, 0) => parallel::in_pool(|| operation(&monitor)),
-            _ => stoppable(&monitor, self.threads, || operation(&monitor)),
-        }
+        progress::run(self.progress, self.threads, operation)
     }
 
     pub(crate) fn measure_job(

@@ -10,8 +10,8 @@ use crate::ldi::Mode;
 /// The mark of an input that the expression does not refer to.
 const UNUSED: u32 = u32::MAX;
 
-/// The inputs that a point is in, none at first, and whether it is in the result. To move it takes a step for each operation whose value
-/// changes.
+/// The inputs that a point is in, none at first, and whether it is in the result. To move it takes a step for each operation whose
+/// value changes.
 #[derive(Clone)]
 pub(crate) struct State {
     network: Network,

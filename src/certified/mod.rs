@@ -182,14 +182,6 @@ impl CertifiedVolume {
     }
 }
 
-/// Returns whether a point is inside by a fill rule.
-fn is_inside(fill: FillRule, winding: i32) -> bool {
-    match fill {
-        FillRule::EvenOdd => winding % 2 != 0,
-        FillRule::NonZero => winding != 0,
-    }
-}
-
 /// Refines to a pitch, or to the least power of two times it that keeps the budget.
 fn to_pitch(scene: &Scene, root: &Node, pitch: f64) -> (Totals, f64, u64, bool) {
     let mut finest = pitch;

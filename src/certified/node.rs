@@ -2,7 +2,6 @@
 
 use super::cell::Cell;
 use super::flux::{Sum, add_share};
-use super::is_inside;
 use super::place::{Place, place};
 use super::shells::Shells;
 use crate::cancel::checkpoint;
@@ -79,7 +78,7 @@ impl Node {
     /// Returns whether the whole cell is inside by a fill rule, if no triangle of any shell meets it; for one operand.
     pub fn constant_state(&self, fill: FillRule) -> Option<bool> {
         let winding: i32 = self.windings.iter().map(|(_, winding)| winding).sum();
-        self.entries.is_empty().then(|| is_inside(fill, winding))
+        self.entries.is_empty().then(|| fill.is_inside(winding))
     }
 
     /// Returns the integral of a shell's winding number over the cell, and a bound of its error.

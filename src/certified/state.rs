@@ -1,7 +1,6 @@
 //! The state of a cell: the sets that divide it, and the volume of the result within it.
 
 use super::frechet::{self, Part};
-use super::is_inside;
 use super::node::{Entry, Node};
 use super::shells::Shells;
 use crate::boolean::Expression;
@@ -82,7 +81,7 @@ impl<'s> State<'s> {
                     None => return is_in,
                 }
             }
-            is_inside(self.scene.fill, winding)
+            self.scene.fill.is_inside(winding)
         })
     }
 
@@ -96,7 +95,7 @@ impl<'s> State<'s> {
     fn drop_idle(&mut self) {
         let known = |operand: usize| {
             let is_divided = self.dividers.iter().any(|divider| divider.operand as usize == operand);
-            (!is_divided).then(|| is_inside(self.scene.fill, self.winding(operand as u32)))
+            (!is_divided).then(|| self.scene.fill.is_inside(self.winding(operand as u32)))
         };
         if self.scene.expression.decided(known).is_some() {
             // Their winding numbers may remain out of the sum, as they do not matter.

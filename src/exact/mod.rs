@@ -313,7 +313,7 @@ pub fn volumes_of_solid(mesh: &ClosedMesh) -> Result<[f64; 2], NotExact> {
 }
 
 /// Returns where the surfaces of solids meet, once their winding numbers are proved: of each as a whole, or of its shells, which
-/// `wholeness` then says. They rest, or, once it is known where they meet `resting`, grow.
+/// `wholeness` then says. Solids rest, or they grow, if it is given where they meet while they rest.
 ///
 /// # Errors
 /// See [`Solution::of`].

@@ -64,7 +64,7 @@ impl Numbers {
             self.changed.push(solid as u32);
         }
         self.numbers[solid] = after;
-        if is_inside(self.fill, before) != is_inside(self.fill, after) {
+        if self.fill.is_inside(before) != self.fill.is_inside(after) {
             self.state.flip(solid);
         }
     }
@@ -91,13 +91,6 @@ impl Numbers {
         let after = self.holds();
         self.state.flip(solid);
         before != after
-    }
-}
-
-fn is_inside(fill: FillRule, winding: i32) -> bool {
-    match fill {
-        FillRule::EvenOdd => winding & 1 != 0,
-        FillRule::NonZero => winding != 0,
     }
 }
 

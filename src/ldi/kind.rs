@@ -62,3 +62,14 @@ pub enum FillRule {
     /// A point is inside when its winding number is not zero: overlapping shells unite. Needs an oriented mesh.
     NonZero,
 }
+
+impl FillRule {
+    /// Returns whether a point with a winding number is inside.
+    #[inline]
+    pub(crate) fn is_inside(self, winding: i32) -> bool {
+        match self {
+            FillRule::EvenOdd => winding & 1 != 0,
+            FillRule::NonZero => winding != 0,
+        }
+    }
+}

@@ -98,6 +98,7 @@ pub fn overlap(
         let subject = format_args!("the exact common volume of {} and {}", names[0], names[1]);
         memory::excess(subject, room.held, bytes * (room.beside + 1) as f64, room.limit)
     };
+    // For small parts the forecast would take as long as the volume.
     let forecast = || excess(exact_cost::costs(&parts).volume);
     if let Some(excess) = excess(exact_cost::costs_if_all_meet(&parts).volume).and_then(|_| forecast()) {
         if room.beside > 0 {

@@ -136,7 +136,8 @@ fn contained(
 /// Distance, relative to the size of a surface, within which a point counts as lying on it.
 const NEAR: f64 = 1e-12;
 
-/// Distance, relative to the largest coordinate, by which rounding to the numbers of a file may have moved a point: a few steps of `f32`.
+/// Distance, relative to the largest coordinate, by which rounding to the numbers of a file may have moved a point: a few steps of
+/// `f32`.
 const ROUNDING: f64 = 2.4e-7;
 
 /// A point of a shell, and the crossings of the ray upwards from it with another shell.
