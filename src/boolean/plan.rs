@@ -103,7 +103,7 @@ impl Plan {
 }
 
 /// Tabulates the result in every state of the leaves.
-fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
+pub(super) fn table(network: &mut Network, leaves: usize) -> Vec<u64> {
     let mut words = vec![0; (1usize << leaves).div_ceil(64)];
     for state in 0..1usize << leaves {
         words[state / 64] |= u64::from(network.set(|leaf| state >> leaf & 1 == 1)) << (state % 64);
