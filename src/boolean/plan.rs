@@ -56,7 +56,7 @@ impl Plan {
         Plan { table, ..plan }
     }
 
-    /// Compiles an expression without the table of its results, which only a sweep of many rays is worth.
+    /// Compiles an expression without the table of its results.
     pub(super) fn without_table(expression: &Expression, mode: Mode) -> Plan {
         let gates = Gates::of(expression, mode);
         let Counters { rules, parents, places } = gates.counters();

@@ -22,7 +22,7 @@ pub(crate) struct State {
     leaves: Arc<[u32]>,
 }
 
-/// Whether a point is in the result.
+/// The result at a point, from a table or by counters.
 #[derive(Clone)]
 enum Truth {
     /// Bit `s` of the word tells it where the leaves inside are the bits of `s`.

@@ -15,7 +15,7 @@ const MOST_PARTS: usize = 512;
 /// Most passes over the diagonals of a triangle's parts.
 const PASSES: usize = 16;
 
-/// Triangles that may be added, per triangle that was looked at first./// Turns diagonals between new parts of one triangle: to sides of other triangles that join two of their corners, and else to a
+/// Turns diagonals between new parts of one triangle: to sides of other triangles that join two of their corners, and else to a
 /// Delaunay triangulation of these, about. So parts of two triangles that lie on each other come to be the same.
 pub(super) fn turn_diagonals(pieces: &mut [Piece], positions: &[DVec3]) {
     let sides = pieces.iter().flat_map(|piece| (0..3).filter(|&i| piece.is_outer[i]).map(|i| piece.side(i)));

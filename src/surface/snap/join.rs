@@ -12,7 +12,7 @@ use crate::surface::fans::sorted;
 
 /// Joins what lies near one another.
 pub(super) fn join(
-    triangles: &mut Vec<Piece>,
+    pieces: &mut Vec<Piece>,
     positions: &mut Vec<DVec3>,
     meetings: &[Meeting],
     distance: f64,
@@ -73,7 +73,7 @@ pub(super) fn join(
                 let ends = edges.map(|edge| edge.map(|vertex| positions[vertex as usize]));
                 let Some([s, t]) = closest_shares(ends[0], ends[1]) else { continue };
                 let [p, q] = [ends[0][0].lerp(ends[0][1], s), ends[1][0].lerp(ends[1][1], t)];
-                let places = places.get_or_insert_with(|| Places::of(triangles, positions, 2.0 * distance));
+                let places = places.get_or_insert_with(|| Places::of(pieces, positions, 2.0 * distance));
                 let vertex = places.find_or_add(precision.round(0.5 * (p + q)), positions);
                 edges.into_iter().for_each(|edge| insert(positions, vertex, edge));
             }
@@ -89,9 +89,9 @@ pub(super) fn join(
     let ends = on_edges.keys().flatten().chain(in_faces.keys().flatten());
     kept.keys().chain(ends).for_each(|&vertex| is_touched[vertex as usize] = true);
     let is_waiting = |piece: &Piece| (0..3).any(|i| waiting.contains(&sorted(piece.side(i))));
-    for piece in std::mem::take(triangles) {
+    for piece in std::mem::take(pieces) {
         if !piece.corners.iter().any(|&corner| is_touched[corner as usize]) {
-            triangles.push(Piece { is_new: is_waiting(&piece), ..piece });
+            pieces.push(Piece { is_new: is_waiting(&piece), ..piece });
             continue;
         }
         let joined = Piece { corners: piece.corners.map(join), ..piece };
@@ -116,7 +116,7 @@ pub(super) fn join(
         }
         let is_new = parts.len() > 1 || joined.corners != piece.corners || is_waiting(&piece);
         parts.retain(|&Piece { corners: [a, b, c], .. }| a != b && b != c && c != a);
-        triangles.extend(parts.into_iter().map(|part| Piece { is_new, ..part }));
+        pieces.extend(parts.into_iter().map(|part| Piece { is_new, ..part }));
     }
 }
 
@@ -127,10 +127,10 @@ struct Places {
 }
 
 impl Places {
-    fn of(triangles: &[Piece], positions: &[DVec3], side: f64) -> Places {
+    fn of(pieces: &[Piece], positions: &[DVec3], side: f64) -> Places {
         let mut places = Places { side, cubes: HashMap::new() };
         let mut used = vec![false; positions.len()];
-        triangles.iter().flat_map(|piece| piece.corners).for_each(|vertex| used[vertex as usize] = true);
+        pieces.iter().flat_map(|piece| piece.corners).for_each(|vertex| used[vertex as usize] = true);
         for (vertex, &position) in (0..).zip(positions).filter(|(vertex, _)| used[*vertex as usize]) {
             places.cubes.entry(places.cube(position)).or_default().push(vertex);
         }

@@ -1,4 +1,4 @@
-//! What of a surface lies near one another: vertices, sides and triangles.
+//! Vertices, sides and triangles of a surface that lie near one another.
 
 use glam::DVec3;
 

@@ -126,9 +126,10 @@ fn in_rounds<'g>(mut surface: Parted<'g>, distance: f64, precision: Precision) -
     let mut is_settled = true;
     for round in 0..ROUNDS {
         checkpoint();
-        // A vertex that is joined to another moves by twice the distance, and a side that is bent by the distance: so far pieces may
-        // be from the triangles as given, more in each round, and so far what is joined may lie from new pieces.
-        let around = (8 + 6 * round) as f64 * distance;
+        // In a round a piece gets corners at most seven distances from where it was: one from the vertex to the side of another piece,
+        // two as that vertex is joined, and two for each end of both sides. So much farther than the pieces, which what is joined
+        // is near to, the triangles as given may lie.
+        let around = (8 + 8 * round) as f64 * distance;
         let mut near = surface.near_new(&positions, around);
         let mut meetings = meetings(&near.pieces, &positions, distance);
         let is_diagonal = |meeting: &Meeting| matches!(meeting, Meeting::Diagonals(_));
@@ -230,49 +231,53 @@ mod tests {
 
     #[test]
     fn what_is_joined_does_not_depend_on_what_lies_elsewhere() {
-        let whole = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
-        let mut on_top = cuboid(DVec3::new(-0.3, -0.3, 0.0), DVec3::splat(0.3)).unwrap();
-        let turn = DQuat::from_rotation_z(0.3);
-        on_top.positions.iter_mut().for_each(|p| *p = turn * *p + DVec3::new(0.5, 0.5, 1.0 + 1e-12));
-        let near = beside(whole, &on_top);
-        let mut far = geodesic(1.0, 40).unwrap();
-        far.positions.iter_mut().for_each(|p| p.x += 4.0);
-        let joined = |mut mesh: TriangleMesh, is_suspect: &dyn Fn(usize) -> bool| {
-            let suspects = (0..mesh.triangles.len()).map(is_suspect).collect();
-            let mut sources: Vec<usize> = (0..mesh.triangles.len()).collect();
-            let vertices = mesh.positions.len() as u32;
-            snap(&mut mesh, &mut sources, (vertices, suspects), DISTANCE, Precision::Double);
-            (mesh, sources)
-        };
-        let (alone, of_alone) = joined(near.clone(), &|_| true);
-        assert_ne!(alone, near);
-        let (both, of_both) = joined(beside(far.clone(), &near), &|triangle| triangle >= far.triangles.len());
-        assert_eq!(both.triangles.len(), far.triangles.len() + alone.triangles.len());
-        let (first, vertices) = (far.triangles.len(), far.positions.len() as u32);
-        assert_eq!(
-            (&both.positions[..far.positions.len()], &both.triangles[..first]),
-            (&far.positions[..], &far.triangles[..])
-        );
-        assert_eq!(both.positions[far.positions.len()..], alone.positions);
-        let moved = |triangle: &[u32; 3]| triangle.map(|vertex| vertex + vertices);
-        assert!(both.triangles[first..].iter().copied().eq(alone.triangles.iter().map(moved)));
-        assert!(of_both.iter().copied().eq((0..first).chain(of_alone.iter().map(|source| source + first))));
+        for distance in [DISTANCE, 1e-3] {
+            let whole = cuboid(DVec3::ZERO, DVec3::ONE).unwrap();
+            let mut on_top = cuboid(DVec3::new(-0.3, -0.3, 0.0), DVec3::splat(0.3)).unwrap();
+            let turn = DQuat::from_rotation_z(0.3);
+            on_top.positions.iter_mut().for_each(|p| *p = turn * *p + DVec3::new(0.5, 0.5, 1.0 + 0.1 * distance));
+            let near = beside(whole, &on_top);
+            let mut far = geodesic(1.0, 40).unwrap();
+            far.positions.iter_mut().for_each(|p| p.x += 4.0);
+            let joined = |mut mesh: TriangleMesh, is_suspect: &dyn Fn(usize) -> bool| {
+                let suspects = (0..mesh.triangles.len()).map(is_suspect).collect();
+                let mut sources: Vec<usize> = (0..mesh.triangles.len()).collect();
+                let vertices = mesh.positions.len() as u32;
+                snap(&mut mesh, &mut sources, (vertices, suspects), distance, Precision::Double);
+                (mesh, sources)
+            };
+            let (alone, of_alone) = joined(near.clone(), &|_| true);
+            assert_ne!(alone, near);
+            let (both, of_both) = joined(beside(far.clone(), &near), &|triangle| triangle >= far.triangles.len());
+            assert_eq!(both.triangles.len(), far.triangles.len() + alone.triangles.len());
+            let (first, vertices) = (far.triangles.len(), far.positions.len() as u32);
+            assert_eq!(
+                (&both.positions[..far.positions.len()], &both.triangles[..first]),
+                (&far.positions[..], &far.triangles[..])
+            );
+            assert_eq!(both.positions[far.positions.len()..], alone.positions);
+            let moved = |triangle: &[u32; 3]| triangle.map(|vertex| vertex + vertices);
+            assert!(both.triangles[first..].iter().copied().eq(alone.triangles.iter().map(moved)));
+            assert!(of_both.iter().copied().eq((0..first).chain(of_alone.iter().map(|source| source + first))));
+        }
     }
 
     #[test]
     fn boundaries_stay_zero() {
         // A sheet crumpled within some distances: all becomes chains whose edges are used as often in both directions.
         let mut random = crate::testing::random::Random::new(7);
-        for _ in 0..50 {
+        // Of the triangles of half the sheets few are suspect, at a distance that 32 bits do not hide.
+        for (distance, period) in [(DISTANCE, 1), (1e-3, 10)].repeat(25) {
             let mut mesh = beside(geodesic(1.0, 3).unwrap(), &cuboid(DVec3::splat(-0.5), DVec3::splat(0.5)).unwrap());
             mesh.positions.iter_mut().for_each(|position| {
-                position.z = DISTANCE * 3.0 * random.unit();
-                position.x += DISTANCE * 3.0 * random.unit();
+                position.z = distance * 3.0 * random.unit();
+                position.x += distance * 3.0 * random.unit();
             });
             let count = mesh.triangles.len();
             let mut sources = vec![(); count];
             let vertices = mesh.positions.len() as u32;
-            snap(&mut mesh, &mut sources, (vertices, vec![true; count]), DISTANCE, Precision::Double);
+            let suspects = (0..count).map(|triangle| triangle % period == 0).collect();
+            snap(&mut mesh, &mut sources, (vertices, suspects), distance, Precision::Double);
             let mut uses: HashMap<[u32; 2], i32> = HashMap::new();
             for &[a, b, c] in &mesh.triangles {
                 for [from, to] in [[a, b], [b, c], [c, a]] {

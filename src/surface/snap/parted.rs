@@ -9,8 +9,8 @@ use crate::box_tree::Box32;
 use crate::mesh::Aabb;
 use crate::parallel::*;
 
-/// Number of triangles of a block.
-const BLOCK: usize = 64;
+/// Number of triangles of a run: of those that follow one another, and so mostly lie beside one another.
+const RUN: usize = 64;
 
 /// A part of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,31 +41,31 @@ pub(super) fn extent(corners: [u32; 3], positions: &[DVec3], around: f64) -> Box
 pub(super) struct Given<'m> {
     triangles: &'m [[u32; 3]],
     positions: &'m [DVec3],
-    /// The box of each block: of triangles that follow one another, and so mostly lie beside one another.
-    blocks: Vec<Box32>,
+    /// The box of each run.
+    runs: Vec<Box32>,
 }
 
 impl<'m> Given<'m> {
     pub fn of(triangles: &'m [[u32; 3]], positions: &'m [DVec3]) -> Given<'m> {
-        let union = |block: &[[u32; 3]]| {
-            let boxes = block.iter().map(|&corners| extent(corners, positions, 0.0));
+        let union = |run: &[[u32; 3]]| {
+            let boxes = run.iter().map(|&corners| extent(corners, positions, 0.0));
             boxes.fold(Box32::EMPTY, Box32::union)
         };
-        let blocks = triangles.par_chunks(BLOCK).with_min_len(1 << 6).map(union).collect();
-        Given { triangles, positions, blocks }
+        let runs = triangles.par_chunks(RUN).with_min_len(1 << 6).map(union).collect();
+        Given { triangles, positions, runs }
     }
 
     /// Returns the triangles whose boxes touch cells that some boxes touch, in order.
     fn near(&self, boxes: &[Box32]) -> Vec<u32> {
         let marks = Marks::of(boxes);
-        let triangles_of = |block: usize| {
-            let first = block * BLOCK;
-            let of_block = self.triangles[first..].iter().take(BLOCK).zip(first as u32..);
-            of_block.map(|(&corners, triangle)| (extent(corners, self.positions, 0.0), triangle))
+        let triangles_of = |run: usize| {
+            let first = run * RUN;
+            let of_run = self.triangles[first..].iter().take(RUN).zip(first as u32..);
+            of_run.map(|(&corners, triangle)| (extent(corners, self.positions, 0.0), triangle))
         };
-        let blocks = (0..self.blocks.len()).into_par_iter().with_min_len(1 << 6);
-        let near = blocks.filter(|&block| marks.touch(&self.blocks[block])).flat_map_iter(|block| {
-            triangles_of(block).filter(|(extent, _)| marks.touch(extent)).map(|(_, triangle)| triangle)
+        let runs = (0..self.runs.len()).into_par_iter().with_min_len(1 << 6);
+        let near = runs.filter(|&run| marks.touches(&self.runs[run])).flat_map_iter(|run| {
+            triangles_of(run).filter(|(extent, _)| marks.touches(extent)).map(|(_, triangle)| triangle)
         });
         near.collect()
     }
@@ -77,21 +77,21 @@ struct Marks {
     /// The least corner, and cells per length.
     min: DVec3,
     scale: DVec3,
+    /// Number of cells along each side.
+    cells: usize,
     is_marked: Vec<bool>,
 }
 
 impl Marks {
-    /// Number of cells along each side.
-    const CELLS: usize = 64;
-
     /// Most cells that are marked one by one.
     const MOST: usize = 1 << 22;
 
     fn of(boxes: &[Box32]) -> Marks {
         let bounds = boxes.iter().copied().fold(Box32::EMPTY, Box32::union);
         let [min, max] = bounds.corners();
-        let scale = Self::CELLS as f64 / (max - min).max(DVec3::splat(f64::MIN_POSITIVE));
-        let mut marks = Marks { bounds, min, scale, is_marked: vec![false; Self::CELLS.pow(3)] };
+        let cells = (4.0 * (boxes.len() as f64).cbrt()).clamp(8.0, 64.0) as usize;
+        let scale = cells as f64 / (max - min).max(DVec3::splat(f64::MIN_POSITIVE));
+        let mut marks = Marks { bounds, min, scale, cells, is_marked: vec![false; cells.pow(3)] };
         let count = |extent: &Box32| {
             let [from, to] = marks.range(extent);
             (0..3).map(|axis| to[axis] + 1 - from[axis]).product::<usize>()
@@ -101,25 +101,26 @@ impl Marks {
             marks.is_marked.fill(true);
             return marks;
         }
-        let mut is_marked = std::mem::take(&mut marks.is_marked);
-        boxes.iter().flat_map(|extent| marks.cells(extent)).for_each(|cell| is_marked[cell] = true);
-        Marks { is_marked, ..marks }
+        for extent in boxes {
+            marks.cells_of(extent).for_each(|cell| marks.is_marked[cell] = true);
+        }
+        marks
     }
 
     fn range(&self, extent: &Box32) -> [[usize; 3]; 2] {
-        let cell = |at: f64| (at.max(0.0) as usize).min(Self::CELLS - 1);
+        let cell = |at: f64| (at.max(0.0) as usize).min(self.cells - 1);
         extent.corners().map(|corner| ((corner - self.min) * self.scale).to_array().map(cell))
     }
 
-    fn cells(&self, extent: &Box32) -> impl Iterator<Item = usize> + use<> {
-        let [from, to] = self.range(extent);
-        let row = move |z: usize, y: usize| (from[0]..=to[0]).map(move |x| (z * Self::CELLS + y) * Self::CELLS + x);
+    fn cells_of(&self, extent: &Box32) -> impl Iterator<Item = usize> + use<> {
+        let ([from, to], cells) = (self.range(extent), self.cells);
+        let row = move |z: usize, y: usize| (from[0]..=to[0]).map(move |x| (z * cells + y) * cells + x);
         (from[2]..=to[2]).flat_map(move |z| (from[1]..=to[1]).flat_map(move |y| row(z, y)))
     }
 
     /// Returns whether a box touches a marked cell.
-    fn touch(&self, extent: &Box32) -> bool {
-        extent.touches(&self.bounds) && self.cells(extent).any(|cell| self.is_marked[cell])
+    fn touches(&self, extent: &Box32) -> bool {
+        extent.touches(&self.bounds) && self.cells_of(extent).any(|cell| self.is_marked[cell])
     }
 }
 
@@ -165,19 +166,23 @@ impl<'g> Parted<'g> {
 
     /// Returns the pieces of triangles within a distance of new pieces.
     pub fn near_new(&self, positions: &[DVec3], around: f64) -> Near {
-        let new = self.pieces_of(&self.new).into_iter().filter(|piece| piece.is_new);
-        self.near(new, positions, around)
+        self.near(&self.new, |piece| piece.is_new, positions, around)
     }
 
     /// Returns the pieces of triangles near those that are not as they were given; see [`near_new`](Self::near_new).
     pub fn near_parted(&self, positions: &[DVec3], around: f64) -> Near {
         let parted: Vec<u32> = self.parted.keys().copied().collect();
-        self.near(self.pieces_of(&parted).into_iter(), positions, around)
+        self.near(&parted, |_| true, positions, around)
     }
 
-    fn near(&self, pieces: impl Iterator<Item = Piece>, positions: &[DVec3], around: f64) -> Near {
+    /// Returns the pieces of some triangles, and of those within a distance of some of these pieces.
+    fn near(&self, some: &[u32], is_meant: impl Fn(&Piece) -> bool, positions: &[DVec3], around: f64) -> Near {
+        let pieces = self.pieces_of(some).into_iter().filter(is_meant);
         let boxes: Vec<Box32> = pieces.map(|piece| extent(piece.corners, positions, around)).collect();
-        let wholes = if boxes.is_empty() { Vec::new() } else { self.given.near(&boxes) };
+        let mut wholes = if boxes.is_empty() { Vec::new() } else { self.given.near(&boxes) };
+        wholes.extend(some);
+        wholes.sort_unstable();
+        wholes.dedup();
         Near { pieces: self.pieces_of(&wholes), wholes }
     }
 
