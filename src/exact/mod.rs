@@ -30,6 +30,7 @@
 mod arrangement;
 mod bodies;
 mod coincident;
+mod common;
 mod crossed;
 mod crossings;
 mod cut;

@@ -8,10 +8,11 @@
 //! Mücke 1990). All quantities below are polynomials in ε and linear in the translations, so the sign of a quantity that is
 //! zero is that of the first coefficient that is not.
 //!
-//! A sign is first computed in `f64`. Differences of points are exact; the determinant has at most five roundings in
+//! A sign is first computed in `f64`. Differences of lattice points are exact; the determinant has at most five roundings in
 //! each product. Where that bound does not decide, integers do: of 128 bits for one determinant (2^123 at most), of 512
 //! bits for products of them; and where these are zero, polynomials of such integers.
 
+use bnum::cast::As;
 use bnum::types::I512;
 use glam::{DVec3, I64Vec3};
 
@@ -19,7 +20,7 @@ use super::bodies::Bodies;
 use super::polynomial::{Number, Polynomial};
 
 /// Half a unit in the last place of 1.
-const HALF_ULP: f64 = f64::EPSILON / 2.0;
+pub(super) const HALF_ULP: f64 = f64::EPSILON / 2.0;
 
 /// A bound on the relative rounding error of a determinant, as a share of the sum of its absolute products.
 const DETERMINANT_ERROR: f64 = 8.0 * HALF_ULP;
@@ -55,7 +56,8 @@ impl<'b> Vertex<'b> {
         Moving { at: self.at.as_i64vec3(), speed }
     }
 
-    fn speed(&self) -> I64Vec3 {
+    /// Returns the vector by which the point moves with growth.
+    pub fn speed(&self) -> I64Vec3 {
         self.source.map_or(I64Vec3::ZERO, |(bodies, number)| bodies.growth(number, self.body))
     }
 
@@ -73,7 +75,7 @@ impl<'b> Vertex<'b> {
 
 /// Whether bodies grow.
 #[derive(Clone, Copy)]
-enum Time {
+pub(super) enum Time {
     /// Not yet; all powers of growth but the lowest are zero.
     Resting,
     Growing,
@@ -99,9 +101,13 @@ impl Moving {
 
     /// Returns the coefficients of the volume of three vectors.
     fn volume(self, v: Moving, w: Moving) -> [i128; 4] {
-        let product = v.cross(w);
+        self.along(v.cross(w))
+    }
+
+    /// Returns the coefficients of the product with a vector, given its own.
+    fn along(self, vector: [[i128; 3]; 3]) -> [i128; 4] {
         let (at, speed) = (wide(self.at), wide(self.speed));
-        let by = |vector: [i128; 3], power: usize| dot(vector, product[power]);
+        let by = |own: [i128; 3], power: usize| dot(own, vector[power]);
         [by(at, 0), by(at, 1) + by(speed, 0), by(at, 2) + by(speed, 1), by(speed, 2)]
     }
 }
@@ -309,51 +315,74 @@ impl<'b> Plane<'b> {
 
     /// Returns the sign of D(u) H(v) − D(v) H(u), D being the height above `through` and H that above this plane.
     #[cold]
-    fn exact_product_is_positive(&self, edge: [&Vertex; 2], through: &Plane) -> bool {
-        let product = self.product::<I512>(edge, through, Time::Resting);
-        if let Some(sign) = product.value().sign() {
+    fn exact_product_is_positive(&self, [u, v]: [&Vertex; 2], through: &Plane) -> bool {
+        let heights = |time: Time| [through, self].map(|plane| [u, v].map(|end| plane.height(end, time)));
+        if let Some(sign) = turn(&heights(Time::Resting)) {
             return sign;
         }
-        let product = self.product::<Polynomial>(edge, through, Time::Growing);
-        product.value().sign().unwrap_or_else(|| {
+        let growing = heights(Time::Growing);
+        turn(&growing).unwrap_or_else(|| {
             // Moving the edge by s and the planes by s₁, s₂ adds n₁ · (s − s₁) to D and n₂ · (s − s₂) to H.
-            let Product { above_through: [d, e], above_own: [g, h] } = product;
-            let normal = |plane: &Plane| vector::<Polynomial>(plane.exact_normal(Time::Growing));
-            let along_through = normal(through).map(|n| n.times(h.minus(g)));
-            let along_own = normal(self).map(|n| n.times(d.minus(e)));
-            let of_edge = [0, 1, 2].map(|i| along_through[i].plus(along_own[i]));
-            let turned = |vector: [Polynomial; 3]| vector.map(|c| Polynomial::of(&[]).minus(c));
-            let moves =
-                [(edge[0].body, of_edge), (through.body, turned(along_through)), (self.body, turned(along_own))];
-            first_move_is_positive(moves).unwrap_or_else(|| {
-                self.corners[0].note_touching();
+            let [along_through, along_own] =
+                [through, self].map(|plane| components::<Polynomial>(plane.exact_normal(Time::Growing)));
+            let rise = |[u, v]: [[i128; 4]; 2]| Polynomial::of(&[0, 1, 2, 3].map(|power| v[power] - u[power]));
+            let (of_through, of_own) = (rise(growing[1]), rise(growing[0]));
+            let of = |body: u32, normal, factor, is_negative| Move { body, normal, factor, is_negative };
+            let (along_through, along_own) = (along_through.each_ref(), along_own.each_ref());
+            let moves = [
+                of(u.body, along_through, &of_through, false),
+                of(u.body, along_own, &of_own, true),
+                of(through.body, along_through, &of_through, true),
+                of(self.body, along_own, &of_own, false),
+            ];
+            first_move_is_positive(&moves).unwrap_or_else(|| {
+                self.note_touching();
                 false
             })
         })
     }
 
-    fn product<T: Number>(&self, [u, v]: [&Vertex; 2], through: &Plane, time: Time) -> Product<T> {
-        let above = |plane: &Plane| [u, v].map(|end| T::of(&plane.height(end, time)));
-        Product { above_through: above(through), above_own: above(self) }
+    /// Returns the coefficients of the normal n, and of the offset o = n · x of the plane's points.
+    pub fn equation(&self, time: Time) -> ([[i128; 3]; 3], [i128; 4]) {
+        let (normal, corner) = (self.exact_normal(time), self.corners[0].seen(time));
+        (normal, corner.along(normal))
     }
-}
 
-/// The heights of the ends of an edge above two planes.
-struct Product<T> {
-    above_through: [T; 2],
-    above_own: [T; 2],
-}
+    /// Returns whether a point that is known within an error lies in front, if that is certain.
+    pub fn is_certainly_in_front(&self, point: &Located) -> Option<bool> {
+        let Rounded { value, error } = self.rounded_height(point.at);
+        // The difference from the corner is rounded, too. Where the normal's components cancel, they are less than their rounding.
+        let of_point = self.magnitude.length() * (point.error + HALF_ULP * (point.at - self.corners[0].at).length());
+        Rounded { value, error: 2.0 * (error + of_point) }.is_positive()
+    }
 
-impl<T: Number> Product<T> {
-    fn value(&self) -> T {
-        let ([d, e], [g, h]) = (self.above_through, self.above_own);
-        d.times(h).minus(e.times(g))
+    /// Notes that the body touches itself here.
+    pub fn note_touching(&self) {
+        self.corners[0].note_touching();
     }
 }
 
 /// Returns a vector by components from its coefficients by powers.
-fn vector<T: Number>(coefficients: [[i128; 3]; 3]) -> [T; 3] {
+pub(super) fn components<T: Number>(coefficients: [[i128; 3]; 3]) -> [T; 3] {
     [0, 1, 2].map(|axis| T::of(&coefficients.map(|power| power[axis])))
+}
+
+/// Returns the sign of D(u) H(v) − D(v) H(u), given the coefficients of both D and both H: power by power, as the first decides.
+fn turn([[d, e], [g, h]]: &[[[i128; 4]; 2]; 2]) -> Option<bool> {
+    (0..7usize).find_map(|power| {
+        let mut sum = I512::default();
+        for (i, j) in (0..4).filter_map(|i| Some((i, power.checked_sub(i).filter(|&j| j < 4)?))) {
+            let mut add = |one: i128, other: i128, is_negative: bool| {
+                // Most are zero, and it takes a while to widen them.
+                if one != 0 && other != 0 {
+                    sum.add_product(&one.as_(), &other.as_(), is_negative);
+                }
+            };
+            add(d[i], h[j], false);
+            add(e[i], g[j], true);
+        }
+        sum.sign()
+    })
 }
 
 /// Returns the sign of the volume of two edges of different bodies, or of one that meets itself: of (v − u) · ((r − u) × (s − u)).
@@ -419,123 +448,27 @@ pub(super) fn turns_left(point: &Vertex, ends: [&Vertex; 2]) -> bool {
     })
 }
 
-/// Returns whether the point common to three planes lies in front of a fourth. No two of the planes may be parallel to the
-/// line of the others; see [`common_point`].
-pub(super) fn common_point_is_in_front(planes: [&Plane; 3], fourth: &Plane) -> bool {
-    let resting = Common::<I512>::of(planes, Time::Resting);
-    if let (Some(above), Some(orientation)) = (resting.height(fourth, Time::Resting).sign(), resting.determinant.sign())
-    {
-        return above == orientation;
-    }
-    let growing = Common::<Polynomial>::of(planes, Time::Growing);
-    let is_positive = growing.height(fourth, Time::Growing).sign().unwrap_or_else(|| {
-        let minors = growing.minors(fourth, Time::Growing);
-        let all = [planes[0], planes[1], planes[2], fourth];
-        let normal = |i: usize| Equation::<Polynomial>::of(all[i], Time::Growing).normal;
-        let moves = [0, 1, 2, 3].map(|i| (all[i].body, normal(i).map(|n| n.times(minors[i]))));
-        first_move_is_positive(moves).unwrap_or_else(|| {
-            fourth.corners[0].note_touching();
-            false
+/// A product of a vector, which is a normal times a factor, with the translation of a body.
+pub(super) struct Move<'a> {
+    pub body: u32,
+    pub normal: [&'a Polynomial; 3],
+    pub factor: &'a Polynomial,
+    /// True if the product is subtracted.
+    pub is_negative: bool,
+}
+
+/// Returns the sign of a sum of products with the translations of bodies. `None` for parallel lines and planes, which do not cross, and
+/// where all that meets is of one body.
+pub(super) fn first_move_is_positive(moves: &[Move]) -> Option<bool> {
+    let mut order: Vec<&Move> = moves.iter().collect();
+    order.sort_by_key(|of| std::cmp::Reverse(of.body));
+    order.chunk_by(|one, other| one.body == other.body).find_map(|same| {
+        (0..3).find_map(|axis| {
+            let mut sum = Polynomial::of(&[]);
+            same.iter().for_each(|of| sum.add_product(of.normal[axis], of.factor, of.is_negative));
+            sum.sign()
         })
-    });
-    Some(is_positive) == growing.determinant.sign()
-}
-
-/// Returns the point common to three planes, rounded once; `None` where they are parallel to a line.
-pub(super) fn common_point(planes: [&Plane; 3]) -> Option<Located> {
-    let resting = Common::<I512>::of(planes, Time::Resting);
-    let at = match resting.determinant.sign() {
-        Some(_) => resting.point(),
-        None => {
-            let growing = Common::<Polynomial>::of(planes, Time::Growing);
-            growing.determinant.sign()?;
-            growing.point()
-        }
-    };
-    Some(Located { at, error: 4.0 * HALF_ULP * at.length() })
-}
-
-/// A plane n · x = o in integers.
-#[derive(Clone, Copy)]
-struct Equation<T> {
-    normal: [T; 3],
-    offset: T,
-}
-
-impl<T: Number> Equation<T> {
-    fn of(plane: &Plane, time: Time) -> Equation<T> {
-        let normal = vector::<T>(plane.exact_normal(time));
-        let corner = plane.corners[0].seen(time);
-        let (at, speed) = (wide(corner.at), wide(corner.speed));
-        let along = |axis: usize| normal[axis].times(T::of(&[at[axis], speed[axis]]));
-        Equation { normal, offset: along(0).plus(along(1)).plus(along(2)) }
-    }
-
-    fn crossed(&self, other: &Equation<T>) -> [T; 3] {
-        let (a, b) = (&self.normal, &other.normal);
-        [[1, 2], [2, 0], [0, 1]].map(|[i, j]| a[i].times(b[j]).minus(a[j].times(b[i])))
-    }
-
-    fn normal_volume(&self, b: &Equation<T>, c: &Equation<T>) -> T {
-        let (n, m) = (&self.normal, b.crossed(c));
-        n[0].times(m[0]).plus(n[1].times(m[1])).plus(n[2].times(m[2]))
-    }
-}
-
-/// The point common to three planes.
-struct Common<T> {
-    planes: [Equation<T>; 3],
-    determinant: T,
-}
-
-impl<T: Number> Common<T> {
-    fn of(planes: [&Plane; 3], time: Time) -> Common<T> {
-        let planes = planes.map(|plane| Equation::of(plane, time));
-        Common { planes, determinant: planes[0].normal_volume(&planes[1], &planes[2]) }
-    }
-
-    /// Returns the point by Cramer's rule.
-    fn point(&self) -> DVec3 {
-        let [f, g, h] = &self.planes;
-        let sides = [g.crossed(h), h.crossed(f), f.crossed(g)];
-        let of = |i: usize| {
-            let terms = [f.offset.times(sides[0][i]), g.offset.times(sides[1][i]), h.offset.times(sides[2][i])];
-            terms[0].plus(terms[1]).plus(terms[2]).quotient(self.determinant)
-        };
-        DVec3::from_array([0, 1, 2].map(of))
-    }
-
-    /// Returns the factors of the offsets in the height above a fourth plane.
-    fn minors(&self, fourth: &Plane, time: Time) -> [T; 4] {
-        let ([f, g, h], k) = (&self.planes, &Equation::of(fourth, time));
-        let negative = |value: T| T::of(&[0]).minus(value);
-        [g.normal_volume(h, k), negative(h.normal_volume(k, f)), k.normal_volume(f, g), negative(self.determinant)]
-    }
-
-    /// Returns the height above a fourth plane, times the determinant: the heights are n · x − o, and with Cramer's rule that is
-    /// the sum of the offsets times their minors.
-    fn height(&self, fourth: &Plane, time: Time) -> T {
-        let minors = self.minors(fourth, time);
-        let [f, g, h] = &self.planes;
-        let offsets = [f.offset, g.offset, h.offset, Equation::of(fourth, time).offset];
-        (0..4).fold(T::of(&[0]), |sum, i| sum.plus(offsets[i].times(minors[i])))
-    }
-}
-
-/// Returns the sign of a sum of products of vectors with the translations of bodies. `None` for parallel lines and planes, which do
-/// not cross, and where all that meets is of one body.
-fn first_move_is_positive<const N: usize>(moves: [(u32, [Polynomial; 3]); N]) -> Option<bool> {
-    let mut order: [usize; N] = std::array::from_fn(|i| i);
-    order.sort_by_key(|&i| std::cmp::Reverse(moves[i].0));
-    for same in order.chunk_by(|&i, &j| moves[i].0 == moves[j].0) {
-        for axis in 0..3 {
-            let sum = same.iter().fold(Polynomial::of(&[]), |sum, &i| sum.plus(moves[i].1[axis]));
-            if let Some(sign) = sum.sign() {
-                return Some(sign);
-            }
-        }
-    }
-    None
+    })
 }
 
 fn wide(v: I64Vec3) -> [i128; 3] {
@@ -552,13 +485,13 @@ fn dot(a: [i128; 3], b: [i128; 3]) -> i128 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use proptest::array::uniform3;
     use proptest::prelude::*;
 
     use super::super::bodies::{Lattice, Region, Wholeness};
     use super::*;
-    use crate::mesh::{ClosedMesh, TriangleMesh};
+    use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 
     /// Returns the volume of three vectors by Sarrus' rule.
     fn volume([u, v, w]: [[i128; 3]; 3]) -> i128 {
@@ -584,22 +517,24 @@ mod tests {
         quotients.iter().fold([[1, 0], [0, 1]], |[last, one], q| [one, [last[0] + q * one[0], last[1] + q * one[1]]])
     }
 
-    /// Returns two tetrahedra as bodies that grow at some rates.
-    fn growing(corners: [[[i128; 3]; 4]; 2], rates: [i32; 2]) -> Bodies {
-        let [first, second] = corners.map(|corners| {
+    /// Returns tetrahedra as bodies that grow at some rates.
+    pub fn growing(corners: &[[[i128; 3]; 4]], rates: &[i32]) -> Bodies {
+        let closed = |corners: &[[i128; 3]; 4]| {
             let positions = corners.map(|at| DVec3::from_array(at.map(|c| c as f64))).to_vec();
             let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
             ClosedMesh::check(TriangleMesh { positions, triangles }).unwrap()
-        });
-        let lattice = Lattice::around(first.bounds().union(second.bounds()));
-        let mut bodies = Bodies::with_room_for(&[&first, &second], Region::default());
-        for (solid, mesh) in [first, second].iter().enumerate() {
-            bodies.add(solid, mesh, &lattice, Wholeness::Whole, Some(rates[solid])).unwrap();
+        };
+        let meshes: Vec<ClosedMesh> = corners.iter().map(closed).collect();
+        let bounds = meshes.iter().map(ClosedMesh::bounds).reduce(Aabb::union).unwrap();
+        let lattice = Lattice::around(bounds);
+        let mut bodies = Bodies::with_room_for(&meshes.iter().collect::<Vec<_>>(), Region::default());
+        for (solid, (mesh, rate)) in meshes.iter().zip(rates).enumerate() {
+            bodies.add(solid, mesh, &lattice, Wholeness::Whole, Some(*rate)).unwrap();
         }
         bodies
     }
 
-    fn tetrahedron() -> impl Strategy<Value = [[i128; 3]; 4]> {
+    pub fn tetrahedron() -> impl Strategy<Value = [[i128; 3]; 4]> {
         let from = |a: [i128; 3], b: [i128; 3]| [0, 1, 2].map(|i| b[i] - a[i]);
         let is_solid = move |&[a, b, c, d]: &[[i128; 3]; 4]| volume([b, c, d].map(|point| from(a, point))) != 0;
         prop::array::uniform4(uniform3(0i128..3)).prop_filter("flat", is_solid)
@@ -613,7 +548,7 @@ mod tests {
         fn bodies_with_common_corners_have_the_signs_of_all_coefficients(
             first in tetrahedron(), second in tetrahedron(), rates in prop::array::uniform2(-2i32..3),
         ) {
-            let bodies = growing([first, second], rates);
+            let bodies = growing(&[first, second], &rates);
             for (own, other) in [(0..4u32, 4..8u32), (4..8, 0..4)] {
                 let planes = || own.clone().map(|face| bodies.plane(face));
                 for (plane, beside) in planes().flat_map(|plane| other.clone().map(move |face| (plane, face))) {

@@ -1,12 +1,15 @@
 //! The points in which three faces meet.
 
+use std::cell::OnceCell;
+
 use crate::parallel::*;
 use glam::DVec3;
 
 use super::bodies::Bodies;
+use super::common::CommonLine;
 use super::crossings::{Crossings, Side};
 use super::segments::{End, Segment};
-use super::signs::{Located, Plane, common_point, common_point_is_in_front};
+use super::signs::{Located, Plane};
 use crate::box_tree::Box32;
 use crate::cancel::checkpoint;
 
@@ -142,7 +145,7 @@ impl OnFaces<'_> {
         let [f, g] = own.faces;
         let second_body = bodies.body_of_face(g);
         let mut found: Vec<Found<'_>> = Vec::new();
-        let mut placed = None;
+        let (placed, line) = (OnceCell::new(), OnceCell::new());
         for other in self.of_face(f) {
             if other == index || !self.extents[other as usize].touches(&self.extents[index as usize]) {
                 continue;
@@ -153,16 +156,19 @@ impl OnFaces<'_> {
             if is_of_second && !(bodies.bodies[second_body as usize].is_crossed && self.may_meet_on(f, [g, third])) {
                 continue;
             }
-            let placed = placed.get_or_insert_with(|| self.placed(own));
-            found.extend(crossing(placed, &self.placed(beside), f, third, bodies));
+            let placed = placed.get_or_init(|| self.placed(own));
+            let Some((plane, enters)) = crossed(placed, &self.placed(beside), f, bodies) else { continue };
+            let line = line.get_or_init(|| CommonLine::of(placed.planes.each_ref()));
+            let position = line.crossing(&plane);
+            found.extend(position.map(|position| Found { plane, face: third, enters, position }));
         }
         found.sort_by(|a, b| {
             if a.face == b.face {
                 return std::cmp::Ordering::Equal;
             }
             // The segment starts in front of a face that it enters.
-            let planes = &placed.as_ref().expect("two crossings were found").planes;
-            match common_point_is_in_front([&planes[0], &planes[1], &a.plane], &b.plane) == b.enters {
+            let line = line.get().expect("two crossings were found");
+            match line.crossing_is_in_front(&a.plane, &a.position, &b.plane) == b.enters {
                 true => std::cmp::Ordering::Less,
                 false => std::cmp::Ordering::Greater,
             }
@@ -183,8 +189,8 @@ fn widened(point: DVec3) -> [DVec3; 2] {
     [point - margin, point + margin]
 }
 
-/// Returns the point at which two segments on face `f` cross, on the first, with the plane of the third face.
-fn crossing<'b>(own: &Placed<'b>, beside: &Placed<'b>, f: u32, third: u32, bodies: &Bodies) -> Option<Found<'b>> {
+/// Returns the plane of the third face if two segments on face `f` cross, and whether the first one enters there.
+fn crossed<'b>(own: &Placed<'b>, beside: &Placed<'b>, f: u32, bodies: &Bodies) -> Option<(Plane<'b>, bool)> {
     let second = if own.segment.faces[0] == f { own.planes[1] } else { own.planes[0] };
     let plane = if beside.segment.faces[0] == f { beside.planes[1] } else { beside.planes[0] };
     let sides = |placed: &Placed, of: &Plane| {
@@ -195,15 +201,7 @@ fn crossing<'b>(own: &Placed<'b>, beside: &Placed<'b>, f: u32, third: u32, bodie
         return None;
     }
     let [a, b] = sides(beside, &second);
-    if a == b {
-        return None;
-    }
-    // The planes in the order of the faces, so that all three segments round the point in the same way.
-    let [first, other] = if own.segment.faces[0] == f { [0, 1] } else { [1, 0] };
-    let mut numbered = [(f, own.planes[first]), (own.segment.faces[other], second), (third, plane)];
-    numbered.sort_by_key(|&(face, _)| face);
-    let position = common_point([&numbered[0].1, &numbered[1].1, &numbered[2].1])?;
-    Some(Found { plane, face: third, enters: starts_in_front, position })
+    (a != b).then_some((plane, starts_in_front))
 }
 
 /// Returns whether an end of a segment lies in front of the face of a third body.
