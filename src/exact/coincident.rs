@@ -90,7 +90,13 @@ fn area(polygon: &[DVec2]) -> f64 {
 }
 
 /// Returns the area of the true result less that of the displaced one, where the faces of two bodies coincide.
-pub(super) fn area_change(pairs: &[Coincident], bodies: [&Body; 2], rule: &Rule, solids: usize) -> f64 {
+/// The numbers of both bodies on either side must be proved.
+pub(super) fn area_change<'p>(
+    pairs: impl Iterator<Item = &'p Coincident>,
+    bodies: [&Body; 2],
+    rule: &Rule,
+    solids: usize,
+) -> f64 {
     let mut numbers = Numbers::of(rule, solids);
     let mut holds = |behind: [bool; 2]| {
         numbers.set(&[]);
@@ -106,5 +112,5 @@ pub(super) fn area_change(pairs: &[Coincident], bodies: [&Body; 2], rule: &Rule,
         let [a, b, c] = [start, between, end].map(&mut holds);
         pair.area * (f64::from(a != c) - f64::from(a != b) - f64::from(b != c))
     };
-    pairs.iter().map(change).sum()
+    pairs.map(change).sum()
 }

@@ -157,6 +157,20 @@ fn cases(count: u32) -> ProptestConfig {
     ProptestConfig { cases: count, max_shrink_iters: 200, ..ProptestConfig::default() }
 }
 
+#[test]
+fn shells_on_which_a_result_does_not_depend_change_no_area() {
+    let shell = |solid, piece, is_inverted| Shell { solid, piece, is_inverted };
+    let touching = Piece::tetrahedron([[0, 1, 0], [0, 1, 1], [1, 1, 0], [0, 2, 4]]).unwrap();
+    let shells = [
+        shell(0, Piece::cuboid([0, 2, 0], [1, 2, 3]), true),
+        // The other way out: as part of a whole, behind its faces is nothing, and in front of them less.
+        shell(0, Piece::cuboid([0, 0, 0], [2, 1, 2]), false),
+        shell(1, touching, true),
+        shell(1, Piece::cuboid([0, 2, 0], [3, 1, 1]), false),
+    ];
+    check(&shells, 2);
+}
+
 proptest! {
     #![proptest_config(cases(1500))]
 
