@@ -258,9 +258,10 @@ fn exact_result(
         VolumeMethod::Exact => Some(WITHOUT_EXACT),
         _ => insists_on_mesh.then_some(WITHOUT_MESH_EXACT),
     };
-    let (all, limit, held) = (solids.iter().collect::<Vec<_>>(), Limit::new(job.memory), machine::held_memory());
+    let all: Vec<&Solid> = solids.iter().collect();
     let most = exact_cost::costs_if_all_meet(&all);
     let bytes = if request.is_some() { most.mesh } else { most.volume };
+    let (limit, held) = (Limit::of_at_most(job.memory, bytes), machine::held_memory());
     let costs = match memory::excess("the exact mesh", held, bytes, limit) {
         None => most,
         Some(_) => exact_cost::costs(&all),
