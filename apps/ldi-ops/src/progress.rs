@@ -64,7 +64,7 @@ impl Progress {
             let bar = ProgressBar::with_draw_target(Some(0), ProgressDrawTarget::hidden());
             let style = ProgressStyle::with_template(match steps {
                 Steps::Stages => "{spinner} [{bar:30}] {elapsed} {stage}",
-                Steps::Parts => "{spinner} {msg} [{bar:30}] {pos}/{len} {elapsed}",
+                Steps::Parts => "{spinner} {msg} {steps}{elapsed}",
             });
             let drawn = Arc::clone(&stage);
             let draw = move |_: &ProgressState, line: &mut dyn fmt::Write| {
@@ -73,7 +73,8 @@ impl Progress {
                     let _ = write!(line, "{stage}: {:#}", HumanDuration(stage.start.elapsed()));
                 }
             };
-            bar.set_style(style.expect("the template is a constant and right").with_key("stage", draw));
+            let style = style.expect("the template is a constant and right");
+            bar.set_style(style.with_key("stage", draw).with_key("steps", draw_steps));
             let later = bar.downgrade();
             thread::spawn(move || {
                 thread::sleep(PATIENCE);
@@ -135,6 +136,16 @@ impl Progress {
         if let Some(ended) = ended {
             ldi_ops::Progress::detail(self, &format!("{ended}: {:.3} s", ended.start.elapsed().as_secs_f64()));
         }
+    }
+}
+
+/// Draws the steps that are done, and nothing while their number is unknown.
+fn draw_steps(state: &ProgressState, line: &mut dyn fmt::Write) {
+    const WIDTH: usize = 30;
+    if let Some(total) = state.len().filter(|&total| total > 0) {
+        let done = (WIDTH as f32 * state.fraction()) as usize;
+        // A failure to write is the terminal's.
+        let _ = write!(line, "[{}{}] {}/{total} ", "█".repeat(done), "░".repeat(WIDTH - done), state.pos());
     }
 }
 
