@@ -127,8 +127,8 @@ fn in_rounds<'g>(mut surface: Parted<'g>, distance: f64, precision: Precision) -
     for round in 0..ROUNDS {
         checkpoint();
         // In a round a piece gets corners at most seven distances from where it was: one from the vertex to the side of another piece,
-        // two as that vertex is joined, and two for each end of both sides. So much farther than the pieces, which what is joined
-        // is near to, the triangles as given may lie.
+        // two as that vertex is joined, and two for the ends of each side. So far pieces may be from their triangles, and what is joined
+        // lies within a few distances of new pieces.
         let around = (8 + 8 * round) as f64 * distance;
         let mut near = surface.near_new(&positions, around);
         let mut meetings = meetings(&near.pieces, &positions, distance);

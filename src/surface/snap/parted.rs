@@ -10,7 +10,7 @@ use crate::mesh::Aabb;
 use crate::parallel::*;
 
 /// Number of triangles of a run: of those that follow one another, and so mostly lie beside one another.
-const RUN: usize = 64;
+const TRIANGLES_OF_RUN: usize = 64;
 
 /// A part of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl<'m> Given<'m> {
             let boxes = run.iter().map(|&corners| extent(corners, positions, 0.0));
             boxes.fold(Box32::EMPTY, Box32::union)
         };
-        let runs = triangles.par_chunks(RUN).with_min_len(1 << 6).map(union).collect();
+        let runs = triangles.par_chunks(TRIANGLES_OF_RUN).with_min_len(1 << 6).map(union).collect();
         Given { triangles, positions, runs }
     }
 
@@ -59,8 +59,8 @@ impl<'m> Given<'m> {
     fn near(&self, boxes: &[Box32]) -> Vec<u32> {
         let marks = Marks::of(boxes);
         let triangles_of = |run: usize| {
-            let first = run * RUN;
-            let of_run = self.triangles[first..].iter().take(RUN).zip(first as u32..);
+            let first = run * TRIANGLES_OF_RUN;
+            let of_run = self.triangles[first..].iter().take(TRIANGLES_OF_RUN).zip(first as u32..);
             of_run.map(|(&corners, triangle)| (extent(corners, self.positions, 0.0), triangle))
         };
         let runs = (0..self.runs.len()).into_par_iter().with_min_len(1 << 6);
