@@ -59,6 +59,12 @@ impl Crossing {
         1 - 2 * (self.0 & 1) as i32
     }
 
+    /// Returns the crossing moved by an even number of lattice steps, to a depth in the same range.
+    pub(crate) fn moved(self, by: i32) -> Crossing {
+        debug_assert!(by & 1 == 0 && self.floor() + by >= 0, "{self:?} moved by {by}");
+        Crossing(self.0.wrapping_add((by << 2) as u32))
+    }
+
     /// Returns half of [`floor`](Self::floor), in 29 bits.
     pub fn half_floor(self) -> u32 {
         self.0 >> 3

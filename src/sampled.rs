@@ -248,7 +248,7 @@ impl<'s> SurfaceMesh<'s> {
 
     /// Halves the pitch up to this many times where the mesh lacks walls and gaps that are thinner than it, instead of three times; 0
     /// keeps the cells of the raster, and more than [`MOST_LEVELS`](SurfaceMesh::MOST_LEVELS) are as many. The shape is sampled again
-    /// there; sums and offsets keep the cells of their raster.
+    /// there; meshes of over- and under-estimates keep the cells of their raster.
     pub fn refined(mut self, levels: u32) -> Self {
         self.finish.refine = Some(levels);
         self

@@ -1,46 +1,62 @@
-//! Images of a measured result on finer rays, for the parts of its mesh that need them.
+//! Images of a result on finer rays, for the parts of its mesh that need them.
 
 use super::image::{ImageMaker, Triangles};
 use super::input::Solid;
 use super::job::Measurement;
 use super::measured::Seconds;
+use super::sum::FinerSum;
 use crate::Error;
-use crate::grid::{Grid, LatticeSolid};
+use crate::grid::{Axis, FineBox, Grid, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode};
-use crate::surface::FineRays;
+use crate::surface::FineImages;
 
-/// The solids of a result, which can be sampled again.
+/// A result that can be sampled again.
 #[derive(Clone, Copy)]
-pub struct Finer<'a> {
-    /// The result.
-    pub measurement: &'a Measurement,
-    /// Its inputs.
-    pub solids: &'a [Solid],
-    /// The fill rule.
-    pub fill: FillRule,
+pub enum Finer<'a> {
+    /// A measurement of solids.
+    Measured { measurement: &'a Measurement, solids: &'a [Solid], fill: FillRule },
+    /// A sum, a difference or an offset.
+    Sum(&'a FinerSum),
 }
 
-impl<'a> Finer<'a> {
-    /// Returns the inputs on the grid of the images that they were sampled to.
-    pub fn lattices(&self, grid: &Grid) -> Result<Vec<LatticeSolid<'a>>, Error> {
-        self.solids.iter().map(|solid| solid.quantise(grid)).collect()
-    }
+/// Makes the images of a result in a box of finer pixels; nothing where there are none.
+pub type FineSampler<'a> = Box<dyn FnMut(&FineBox) -> Result<Option<FineImages>, Error> + 'a>;
 
-    /// Returns the exact image of the result on finer rays, with the triangles of its samples.
-    pub fn image(&self, lattices: &[LatticeSolid], rays: &FineRays) -> Result<Ldi, Error> {
-        let finer = lattices.iter().map(|lattice| rays.solid(lattice)).collect::<Result<Vec<_>, _>>();
-        let mut maker = ImageMaker {
-            // The images are small, and the bits are those of any device.
-            sampler: &CpuSampler::default(),
-            axis: rays.axis,
-            mode: Mode::Exact,
-            fill: self.fill,
-            triangles: Triangles::Wanted,
-            seconds: &mut Seconds::default(),
-            rules_agree: &mut vec![None; self.solids.len()],
-        };
-        maker.image(self.measurement, &finer.map_err(Error::input)?)
+impl<'a> Finer<'a> {
+    /// Returns the sampler of a result whose images lie on a grid.
+    pub fn sampler(self, grid: &Grid) -> Result<FineSampler<'a>, Error> {
+        match self {
+            Finer::Measured { measurement, solids, fill } => {
+                let lattices = solids.iter().map(|solid| solid.quantise(grid)).collect::<Result<Vec<_>, Error>>()?;
+                Ok(Box::new(move |fine| {
+                    let along = |axis| image((measurement, &lattices, fill), axis, fine);
+                    let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
+                    Ok(Some(FineImages { images, normals: None }))
+                }))
+            }
+            Finer::Sum(sum) => Ok(sum.sampler()),
+        }
     }
+}
+
+/// Returns the exact image of a measurement along an axis in a box, with the triangles of its samples.
+fn image(
+    (measurement, lattices, fill): (&Measurement, &[LatticeSolid], FillRule),
+    axis: Axis,
+    fine: &FineBox,
+) -> Result<Ldi, Error> {
+    let solids: Vec<LatticeSolid> = lattices.iter().map(|lattice| lattice.along(axis, fine)).collect();
+    let mut maker = ImageMaker {
+        // The images are small, and the bits are those of any device.
+        sampler: &CpuSampler::default(),
+        axis,
+        mode: Mode::Exact,
+        fill,
+        triangles: Triangles::Wanted,
+        seconds: &mut Seconds::default(),
+        rules_agree: &mut vec![None; solids.len()],
+    };
+    Ok(maker.image(measurement, &solids)?.in_box(fine))
 }

@@ -382,8 +382,8 @@ pub struct Finish {
     /// The bound within which triangles of a mesh from images are removed. Without one it is [`Bound::DEFAULT`], or zero if there
     /// is too little memory for the former.
     pub surface_error: Option<Bound>,
-    /// How often the pitch is halved where a mesh from images lacks details; [`Finish::LEVELS`] without a number. Meshes of sums and
-    /// of files of images are never refined.
+    /// How often the pitch is halved where a mesh from images lacks details; [`Finish::LEVELS`] without a number. Meshes of estimates
+    /// and of files of images are never refined.
     pub refine: Option<u32>,
     /// The least volume of a part that is kept, as a share of the whole.
     pub least_part: Option<f64>,

@@ -217,6 +217,7 @@ pub fn measure(
         warnings,
         images,
         normals,
+        finer: None,
         exact_mesh,
         output: None,
         surface: None,

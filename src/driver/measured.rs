@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
@@ -14,6 +15,7 @@ use super::finer::Finer;
 use super::input::Solid;
 use super::job::{Content, ImageTarget, Measurement, Spacing, SumOperation};
 use super::sum::BetweenRays;
+use super::sum::FinerSum;
 use super::surface::{self, Exact, Imaged, SurfaceReport};
 use super::{raster, write};
 use crate::exact::NotExact;
@@ -34,7 +36,7 @@ use crate::{Error, Estimate, Warning};
 pub struct Measured {
     /// The name of the command.
     pub command: &'static str,
-    /// What was measured; `None` for a sum, whose images cannot be made again in parts.
+    /// What was measured; `None` for a sum.
     pub measurement: Option<Measurement>,
     /// The expression as typed.
     pub expression: Option<String>,
@@ -72,6 +74,8 @@ pub struct Measured {
     pub images: Vec<Ldi>,
     /// The normals of the triangles that the images refer to.
     pub normals: Vec<[f32; 3]>,
+    /// What the images of a sum were made from, if a mesh may need finer ones.
+    pub finer: Option<Arc<FinerSum>>,
     /// The exact mesh, if it is kept; then the images are not.
     pub exact_mesh: Option<Exact>,
     /// The output file.
@@ -298,8 +302,10 @@ impl Measured {
     /// Returns the images with the data that an output file needs.
     pub fn imaged(&self) -> Imaged<'_> {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
-        let finer = self.measurement.as_ref();
-        let finer = finer.map(|measurement| Finer { measurement, solids: &self.solids, fill: self.fill });
+        let finer = match (&self.measurement, &self.finer) {
+            (Some(measurement), _) => Some(Finer::Measured { measurement, solids: &self.solids, fill: self.fill }),
+            (None, finer) => finer.as_deref().map(Finer::Sum),
+        };
         Imaged { images, normals, mode: self.mode, unit: self.unit, volume, memory: self.memory, finer }
     }
 

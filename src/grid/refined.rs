@@ -1,4 +1,4 @@
-//! Finer rasters whose rays include those of a coarser one.
+//! Finer rasters whose rays include those of a coarser one, and boxes of their pixels.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -35,30 +35,96 @@ impl Grid {
     }
 }
 
-impl LatticeSolid<'_> {
-    /// Returns the same solid on a [refined](Grid::refined) grid, of which only some columns along an axis are left; nothing is rounded
-    /// again. Only the columns of that axis are moved, so that only images along it can be made.
+/// A box of pixels of a grid whose pitch is halved a number of times, of which images are needed: the finer rays through them.
+/// Nothing is rounded again.
+#[derive(Clone, Debug)]
+pub struct FineBox {
+    /// The finer raster, around everything.
+    whole: Grid,
+    /// The grid of the pixels in the box.
+    grid: Grid,
+    /// The pixels along x, y and z, numbered on the finer raster.
+    pixels: [Range<u32>; 3],
+    /// The lattice position of the finer raster that is position 0 of the coarse grid, along each axis.
+    refined_by: i32,
+}
+
+impl FineBox {
+    /// Creates a box of pixels of a grid whose pitch is halved `levels` times, which are numbered as they lie on that.
     ///
     /// # Errors
-    /// Fails where there is no such grid.
-    pub(crate) fn refined(&self, levels: u32, axis: Axis, columns: &Range<u32>) -> Result<LatticeSolid<'_>, GridError> {
-        let fine = self.grid.refined(levels)?;
-        let (across, start) = (axis.column(), (columns.start << fine.shift) as i32);
-        let mut by = [self.grid.refined_by(levels); 3];
-        by[across] -= start;
-        let mut grid = fine;
+    /// Fails where there is no grid so fine.
+    pub(crate) fn new(coarse: &Grid, levels: u32, pixels: [Range<u32>; 3]) -> Result<FineBox, GridError> {
+        Ok(FineBox::on(coarse.refined(levels)?, coarse.refined_by(levels), pixels))
+    }
+
+    /// Returns another box of the same finer raster.
+    pub(crate) fn with_pixels(&self, pixels: [Range<u32>; 3]) -> FineBox {
+        FineBox::on(self.whole, self.refined_by, pixels)
+    }
+
+    fn on(whole: Grid, refined_by: i32, pixels: [Range<u32>; 3]) -> FineBox {
+        let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
+        let rays = pixels.each_ref().map(|range| range.end - range.start);
+        let grid = Grid { origin: whole.origin + whole.pitch * starts, rays, ..whole };
+        FineBox { whole, grid, pixels, refined_by }
+    }
+
+    /// Returns the grid of the pixels in the box, on which its images lie.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Returns the finer raster, around everything.
+    pub(crate) fn whole(&self) -> &Grid {
+        &self.whole
+    }
+
+    /// Returns the pixels along x, y and z, numbered on the finer raster.
+    pub(crate) fn pixels(&self) -> &[Range<u32>; 3] {
+        &self.pixels
+    }
+
+    /// Returns the lattice position on the finer raster of the coarse grid's position 0, along each axis.
+    pub(crate) fn refined_by(&self) -> i32 {
+        self.refined_by
+    }
+
+    /// Returns the lattice position of the coarse grid that is position 0 of the box.
+    pub(crate) fn origin(&self) -> [i32; 3] {
+        self.pixels.each_ref().map(|range| (range.start << self.whole.shift) as i32 - self.refined_by)
+    }
+
+    /// Returns the lattice positions of the finer raster between which the box lies along an axis.
+    pub(crate) fn span(&self, axis: Axis) -> [i32; 2] {
+        let Range { start, end } = self.pixels[axis.depth()];
+        [start, end].map(|pixel| (pixel << self.whole.shift) as i32)
+    }
+}
+
+impl LatticeSolid<'_> {
+    /// Returns the same solid for its image along an axis on the rays of a box of finer pixels of its grid: on the finer raster, of
+    /// which only the columns of the box are left, and rows beyond it stay empty. The rays run through all of the solid.
+    pub(crate) fn along(&self, axis: Axis, fine: &FineBox) -> LatticeSolid<'_> {
+        let (across, columns) = (axis.column(), &fine.pixels[axis.column()]);
+        let mut by = [fine.refined_by; 3];
+        by[across] -= (columns.start << fine.whole.shift) as i32;
+        let mut grid = fine.whole;
         grid.rays[across] = columns.end - columns.start;
-        grid.origin[across] += fine.pitch * f64::from(columns.start);
+        grid.origin[across] += grid.pitch * f64::from(columns.start);
         let moved = |p: [i32; 3]| std::array::from_fn(|i| p[i] + by[i]);
-        Ok(LatticeSolid {
+        let mut region = grid.whole();
+        let row = axis.row();
+        [region.min[row], region.max[row]] = fine.span(Axis::ALL[row]);
+        LatticeSolid {
             grid,
             positions: Cow::Owned(self.positions.par_iter().with_min_len(1 << 14).map(|&p| moved(p)).collect()),
             triangles: self.triangles,
             closure: self.closure,
             bounds: LatticeBox { min: moved(self.bounds.min), max: moved(self.bounds.max) },
-            region: grid.whole(),
+            region,
             identity: NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed),
-        })
+        }
     }
 }
 
@@ -79,25 +145,29 @@ mod tests {
             let solid = grid.quantise(&star).unwrap();
             let coarse = images(&solid, Mode::Exact);
             for (levels, axis) in (1..=3).flat_map(|levels| Axis::ALL.map(|axis| (levels, axis))) {
-                let whole = grid.refined(levels).unwrap().rays()[axis.column()];
+                let whole = grid.refined(levels).unwrap().rays();
+                let (across, [columns, rows]) = (axis.column(), [axis.column(), axis.row()].map(|i| whole[i]));
                 let mut compared = 0;
-                for columns in [0..whole, whole / 3..whole / 2, whole - 9..whole] {
-                    let solid = solid.refined(levels, axis, &columns).unwrap();
-                    let fine = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
+                for columns in [0..columns, columns / 3..columns / 2, columns - 9..columns] {
+                    let mut pixels = whole.map(|n| 0..n);
+                    pixels[across] = columns.clone();
+                    pixels[axis.row()] = 3..rows - 2;
+                    let fine = FineBox::new(&grid, levels, pixels.clone()).unwrap();
+                    let solid = solid.along(axis, &fine);
+                    let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
+                    let in_box = image.in_box(&fine);
                     let coarse = &coarse[axis.depth()];
-                    assert!(fine.unclosed().is_empty());
-                    let by = grid.refined_by(levels);
+                    assert!(image.unclosed().is_empty());
                     for ray in 0..coarse.rays() {
                         let old = coarse.size().0;
                         let [column, row] = [ray % old, ray / old].map(|i| (i << levels) + (1 << (levels - 1)));
-                        if columns.contains(&column) {
-                            let moved: Vec<i32> = coarse.samples(ray).iter().map(|d| d + by).collect();
-                            assert_eq!(
-                                fine.samples(row * fine.size().0 + column - columns.start),
-                                moved,
-                                "{axis:?} {ray}"
-                            );
-                            compared += moved.len();
+                        if columns.contains(&column) && pixels[axis.row()].contains(&row) {
+                            let [on_whole, on_box] = [fine.refined_by(), -fine.origin()[axis.depth()]]
+                                .map(|by| coarse.samples(ray).iter().map(|d| d + by).collect::<Vec<_>>());
+                            let column = column - columns.start;
+                            assert_eq!(image.samples(row * image.size().0 + column), on_whole, "{axis:?} {ray}");
+                            assert_eq!(in_box.samples((row - 3) * in_box.size().0 + column), on_box, "{axis:?} {ray}");
+                            compared += on_box.len();
                         }
                     }
                 }

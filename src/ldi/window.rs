@@ -3,9 +3,16 @@
 use std::ops::Range;
 
 use super::Ldi;
-use crate::grid::Grid;
+use crate::grid::{FineBox, Grid};
 
 impl Ldi {
+    /// Returns the part of the image of a solid [along](crate::grid::LatticeSolid::along) its axis that lies in the box.
+    pub(crate) fn in_box(&self, fine: &FineBox) -> Ldi {
+        let (mut pixels, across) = (fine.pixels().clone(), self.axis().column());
+        pixels[across] = 0..pixels[across].end - pixels[across].start;
+        self.window(*fine.grid(), &pixels)
+    }
+
     /// Returns the part of an image whose rays and nodes are in a range of pixels along each axis, on a grid of these. Where the solid
     /// extends beyond it, it is cut off there; a new sample has the triangle of the one that it replaces.
     ///

@@ -60,6 +60,7 @@
 
 pub mod ball;
 pub mod cull;
+mod fine;
 mod interior;
 pub mod membership;
 pub mod polyhedron;
@@ -69,6 +70,7 @@ pub mod spans;
 mod sum;
 
 pub use cull::cull;
+pub(crate) use fine::images_in_box;
 pub use interior::Interior;
 pub use membership::{SumMembership, SumProbe};
 pub use polyhedron::Polyhedron;

@@ -73,7 +73,7 @@ pub use lost::SubResolution;
 use pairing::JoinedFaces;
 use part::Part;
 use quads::{Cut, OpenQuad, Quad};
-pub use refine::{FineRays, FinerBlocks, MOST_LEVELS, contour_refined};
+pub use refine::{FineImages, FinerBlocks, MOST_LEVELS, contour_refined};
 use resolve_self_intersections::{Tangle, View};
 pub(crate) use snap::snap;
 

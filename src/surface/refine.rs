@@ -14,25 +14,26 @@ mod window;
 
 use glam::DVec3;
 
-use super::border::{Border, Sides};
+use super::border::{Border, Scale, Sides};
 use super::cuts::Cuts;
 use super::edges::{Dropped, DroppedPair, Source};
 use super::lost::{NEAR, lost};
 use super::manifold::ManifoldReport;
 use super::part::{Block, Blocks, Part};
 use super::{Contoured, Coordinates, MOST_LAYERS, SubResolution, Surface, SurfaceError, contour_part, source_of};
+use crate::grid::FineBox;
 use crate::ldi::{Ldi, Mode};
 use crate::parallel::*;
 use groups::{Group, groups};
 use joined::Joined;
-pub use window::FineRays;
+pub use window::FineImages;
 use window::{Batch, Window};
 
 /// Contours the solid of three exact images like [`contour_in`](super::contour_in), with finer cells where it has details finer than
 /// the lattice: halved up to `levels` times.
 ///
-/// `sample` returns an image of the same solid with the same triangles on finer rays: those of a part of the grid whose pitch is halved
-/// a number of times.
+/// `sample` returns images of the same solid in a box of finer pixels; `None` where there are none, so that the cells in the box stay
+/// as they are.
 ///
 /// # Errors
 /// Those of `contour_in` and of `sample`.
@@ -41,7 +42,7 @@ pub fn contour_refined<E: From<SurfaceError>>(
     normals: Option<&[[f32; 3]]>,
     coordinates: Coordinates,
     levels: u32,
-    mut sample: impl FnMut(&FineRays) -> Result<Ldi, E>,
+    mut sample: impl FnMut(&FineBox) -> Result<Option<FineImages>, E>,
 ) -> Result<Surface, E> {
     let source = source_of(images, normals, Mode::Exact)?;
     let whole = || contour_part(source, Part::Whole, coordinates, MOST_LAYERS);
@@ -144,7 +145,7 @@ fn refined<E: From<SurfaceError>>(
     groups: &[Group],
     coordinates: Coordinates,
     levels: u32,
-    sample: &mut impl FnMut(&FineRays) -> Result<Ldi, E>,
+    sample: &mut impl FnMut(&FineBox) -> Result<Option<FineImages>, E>,
 ) -> Result<Vec<Vec<Refined>>, E> {
     // Of the cells of a block, the surface passes a share; on the whole raster about a third as many as rays cross it.
     let crossings: u64 = source.images.iter().map(|image| image.depths().len() as u64).sum();
@@ -179,11 +180,13 @@ fn refined<E: From<SurfaceError>>(
             rays <= most_rays
         });
         for batch in batches {
-            let images = batch.images(sample)?;
+            let Some(FineImages { images, normals }) = sample(&batch.fine(&windows))? else { continue };
+            let normals = normals.as_deref().or(source.normals);
             let refine = |&number: &usize| {
                 let (window, group) = (&windows[number], &groups[of_windows[number]]);
                 let images = batch.of_window(&images, window);
-                Ok((of_windows[number], refine(source, group, window, images.each_ref(), coordinates)?))
+                let fine = source_of(images.each_ref(), normals, Mode::Exact)?;
+                Ok((of_windows[number], refine(source, group, window.scale, fine, coordinates)?))
             };
             let refined: Vec<(usize, Refined)> =
                 batch.windows.par_iter().map(refine).collect::<Result<_, SurfaceError>>()?;
@@ -207,12 +210,10 @@ fn refined<E: From<SurfaceError>>(
 fn refine(
     source: &Source,
     group: &Group,
-    window: &Window,
-    images: [&Ldi; 3],
+    scale: Scale,
+    fine: Source,
     coordinates: Coordinates,
 ) -> Result<Refined, SurfaceError> {
-    let fine = source_of(images, source.normals, Mode::Exact)?;
-    let scale = window.scale;
     let grid = source.planes.grid();
     // Which edges may be cut depends on the cells alone.
     let empty = Block { cells: group.cells.clone(), border: Border::empty(scale, grid) };
@@ -231,7 +232,7 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::grid::Grid;
+    use crate::grid::{Axis, Grid};
     use crate::ldi::{FillRule, NodePlanes};
     use crate::mesh::{ClosedMesh, Precision, TriangleMesh};
     use crate::sampler::Sampler;
@@ -244,9 +245,12 @@ mod tests {
     fn refined(mesh: &ClosedMesh, grid: &Grid, levels: u32) -> Surface {
         let solid = grid.quantise(mesh).unwrap();
         let (coarse, normals) = (surface_images(&solid), solid.normals());
-        contour_refined(coarse.each_ref(), Some(&normals), Coordinates::default(), levels, |rays| {
-            let fine = rays.solid(&solid).unwrap();
-            Ok::<_, SurfaceError>(CpuSampler::default().sample_surface(&fine, rays.axis, FillRule::EvenOdd).unwrap())
+        contour_refined(coarse.each_ref(), Some(&normals), Coordinates::default(), levels, |fine| {
+            let images = Axis::ALL.map(|axis| {
+                let solid = solid.along(axis, fine);
+                CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap().in_box(fine)
+            });
+            Ok::<_, SurfaceError>(Some(FineImages { images, normals: None }))
         })
         .unwrap()
     }

@@ -379,11 +379,9 @@ fn details_below_the_pitch_are_refined_where_there_are_finer_rays() {
     let refused = |arguments: &[&str], why: &str| {
         folder.run(arguments).code(2).says(&[why]);
     };
-    refused(
-        &["offset", "a.stl", "--distance", "0.1", "--resolution", "20", "--refine", "2", "-o", "b.stl"],
-        "raise --resolution",
-    );
     refused(&[&sampled[..], &["--mode", "over", "--refine", "1"]].concat(), "have the cells of their raster");
+    let grown = ["offset", "a.stl", "--distance", "0.1", "--resolution", "20", "-o", "b.stl"];
+    refused(&[&grown[..], &["--mode", "under", "--refine", "1"]].concat(), "have the cells of their raster");
     refused(&[&sampled[..], &["--refine", "5"]].concat(), "0..=4");
     folder.run(&["sample", "a.stl", "--resolution", "20", "-o", "a.npz"]).code(0);
     refused(&["surface", "a.npz", "--refine", "1", "-o", "b.stl"], "sample the solid with more");
@@ -391,6 +389,50 @@ fn details_below_the_pitch_are_refined_where_there_are_finer_rays() {
     refused(&["volume", "a.stl", "--refine", "1"], "--refine");
     let exact = ["intersect", "a.stl", "a.stl", "--mesh", "exact", "--refine", "1", "-o", "b.stl"];
     refused(&exact, "--refine is for meshes from images");
+}
+
+/// A bubble or a speck of 0.3 pitches around the middle between two nodes, all that an operation leaves of a larger one.
+#[test]
+fn details_that_sums_leave_are_refined() {
+    let folder = Folder::new();
+    let around = |centre: [f64; 3], [below, above]: [f64; 2]| {
+        cuboid(centre.map(|at| at - 0.0075 - below), centre.map(|at| at + 0.0075 + above))
+    };
+    // On rasters with a pitch of 0.05 around all of these, rays lie at 0.02 and from there on.
+    let block = cube(0.0, 0.99);
+    let with_bubble = |centre, by| [block.clone(), inside_out(&around(centre, by))].concat();
+    // The last block vanishes, and makes the raster longer.
+    let with_speck = |centre, by| [block.clone(), around(centre, by), cuboid([1.9; 3], [1.99; 3])].concat();
+    folder.stl("b.stl", &cube(0.0, 0.2));
+    folder.stl("grown.stl", &with_bubble([0.445, 0.42, 0.42], [0.1, 0.1]));
+    folder.stl("sum.stl", &with_bubble([0.545, 0.52, 0.52], [0.2, 0.0]));
+    folder.stl("shrunk.stl", &with_speck([1.445, 0.42, 0.42], [0.1, 0.1]));
+    folder.stl("difference.stl", &with_speck([1.445, 0.42, 0.42], [0.0, 0.2]));
+    let cases: [&[&str]; 4] = [
+        &["offset", "grown.stl", "--distance", "0.1"],
+        &["minkowski", "sum.stl", "b.stl"],
+        &["offset", "shrunk.stl", "--distance=-0.1"],
+        &["minkowski", "difference.stl", "b.stl", "--difference"],
+    ];
+    for operation in cases {
+        let surface = |more: &[&str]| {
+            let all = [operation, &["--pitch", "0.05", "--surface-error", "0", "-o", "out.ply"], more].concat();
+            folder.json(&all)["surface"].clone()
+        };
+        let lost = |surface: &Value| {
+            let lost = &surface["sub_resolution"];
+            lost["walls"].as_u64().unwrap() + lost["gaps"].as_u64().unwrap()
+        };
+        let (plain, fine) = (surface(&["--refine", "0"]), surface(&[]));
+        assert_eq!((&plain["components"], lost(&plain)), (&1.into(), 1), "{operation:?} {plain:#}");
+        assert_eq!(plain["finer_blocks"]["count"], 0);
+        assert_eq!((&fine["components"], lost(&fine)), (&2.into(), 0), "{operation:?} {fine:#}");
+        assert_eq!(fine["finer_blocks"], serde_json::json!({ "count": 1, "finest": 2 }));
+        folder.run(&["check", "out.ply"]).code(0);
+        let by = |surface: &Value| surface["volume"].as_f64().unwrap();
+        let detail = (by(&fine) - by(&plain)).abs();
+        assert!((detail - 0.015f64.powi(3)).abs() < 1e-7, "{operation:?} {detail}");
+    }
 }
 
 /// Whiskers in a lattice of struts, on few rays: crumbs thinner than the pitch, of which one had its sides exchanged.

@@ -4,6 +4,7 @@ mod crossings;
 mod sampled;
 mod shapes;
 mod simplified;
+mod sums;
 #[path = "../../src/testing/mod.rs"]
 mod testing;
 mod topology;

@@ -588,7 +588,7 @@ pub struct FinishArguments {
     #[arg(long, visible_alias = "simplify", value_name = "BOUND", allow_hyphen_values = true)]
     pub surface_error: Option<Bound>,
     /// Halve the pitch up to N times, 0 to 4, where a mesh of images lacks walls and gaps thinner than the pitch. Exact meshes lack
-    /// none, and sums, offsets and .npz files have no finer rays [default: 3]
+    /// none, and .npz files and meshes of --mode over or under have no finer rays [default: 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(Finish::MOST_LEVELS)))]
     pub refine: Option<u32>,
     /// Drop components of the mesh below this share of its volume, such as crumbs and bubbles: 0.1% or 0.001

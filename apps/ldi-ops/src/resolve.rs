@@ -346,9 +346,7 @@ fn measure(
     let (backend, memory) = device(sampling.device)?;
     let spacing = spacing(sampling.resolution, sampling.spacing, DEFAULT_RESOLUTION)?;
     let lod = lod(sampling.kind.lod)?;
-    if sampling.kind.mode != ModeChoice::Exact {
-        has_no_finer_rays(&writing.finish, "meshes of over- and under-estimates have the cells of their raster")?;
-    }
+    can_be_refined(&writing.finish, sampling.kind.mode)?;
     let mesh_method = mesh_method(mesh, &measurement, method, sampling.kind.mode)?;
     let target = image_target(writing, mesh_method, sampling.kind.axis)?;
     if let (Some(choice), false) = (mesh, matches!(&target, Some(ImageTarget { content: Content::Mesh(_), .. }))) {
@@ -546,8 +544,16 @@ fn mesh_target(path: &Path) -> Result<(), Error> {
     }
 }
 
+/// Refuses levels of finer rays for the mesh of an over- or under-estimate.
+fn can_be_refined(finish: &args::FinishArguments, mode: ModeChoice) -> Result<(), Error> {
+    match mode {
+        ModeChoice::Exact => Ok(()),
+        _ => has_no_finer_rays(finish, "meshes of over- and under-estimates have the cells of their raster"),
+    }
+}
+
 /// Refuses levels of finer rays where there are none, with the reason.
-pub fn has_no_finer_rays(finish: &args::FinishArguments, why: &str) -> Result<(), Error> {
+fn has_no_finer_rays(finish: &args::FinishArguments, why: &str) -> Result<(), Error> {
     match finish.refine {
         Some(levels @ 1..) => Err(Error::input(format!("--refine {levels}: {why}; remove --refine"))),
         _ => Ok(()),

@@ -173,7 +173,7 @@ impl Image {
     ///
     /// `surface_error` is the distance within which triangles are removed, 0.05 pitches without it: a length in `unit`, or a text such
     /// as '0.1h' for a share of the pitch, or '20um'; 0 keeps all. `drop_parts` drops components below a share of the volume. Where walls
-    /// and gaps are thinner than the pitch, it is halved up to `refine` times, 3 without it, except for sums and offsets.
+    /// and gaps are thinner than the pitch, it is halved up to `refine` times, 3 without it, except for over- and under-estimates.
     #[pyo3(signature = (surface_error=None, drop_parts=None, refine=None))]
     fn mesh<'py>(
         &self,

@@ -6,6 +6,7 @@
 mod backend;
 mod between_rays;
 mod bounds;
+mod finer;
 mod forecast;
 #[cfg_attr(not(feature = "gpu"), path = "no_gpu.rs")]
 mod gpu;
@@ -27,6 +28,7 @@ use crate::sampler::{FillRule, Mode};
 
 pub use self::backend::SumBackend;
 pub use self::between_rays::{BetweenRays, Detail};
+pub use self::finer::FinerSum;
 use self::shells::{Shells, Windings};
 use self::steps::{Setting, Step, StepImages};
 use super::certainty::{Certified, certify_offset};
@@ -129,7 +131,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         spacing => (round(spacing)?, None),
     };
     let is_empty = operated.is_empty();
-    let StepImages { grid, volume_sums, images, normals, bounds, .. } = operated.last;
+    let StepImages { grid, volume_sums, images, normals, finer, bounds, .. } = operated.last;
     let certified = match (operation, bounds) {
         _ if !needs_bounds => Certified::default(),
         (SumOperation::Offset(distance), _) => {
@@ -193,6 +195,7 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
         warnings,
         images,
         normals,
+        finer,
         exact_mesh: None,
         output: None,
         surface: None,

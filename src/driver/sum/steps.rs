@@ -2,11 +2,13 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::backend::SumBackend;
 use super::between_rays::{BetweenRays, Searched, Tests};
 use super::bounds::certified_bounds;
+use super::finer::{FinerSum, Parts};
 use super::forecast::Forecast;
 use super::spot_check::first_difference;
 use crate::Error;
@@ -135,6 +137,8 @@ pub struct StepImages {
     pub images: Vec<Ldi>,
     /// The normals of the primitives that the images refer to as triangles.
     pub normals: Vec<[f32; 3]>,
+    /// What the images were made from, if a mesh may need finer ones.
+    pub finer: Option<Arc<FinerSum>>,
     /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
     /// Certified bounds of the volume, if they are needed.
@@ -281,6 +285,7 @@ impl Setting<'_> {
         };
         let mut images = self.images(seconds, &mut laps, grid, &spans, report)?;
         images.normals = normals;
+        images.finer = self.finer(grid, exterior, || Parts::OfPair { primitives, membership });
         images.bounds = bounds;
         images.report.seconds = laps.seconds;
         Ok(images)
@@ -340,7 +345,6 @@ impl Setting<'_> {
         let tests = Tests::of_ball(&grid);
         let searched = Searched { grid: &grid, spans: &spans, exterior, probe: &probe, tests };
         let between_rays = self.between_rays(seconds, &mut laps, || searched.bounded_by_patches(&patches))?;
-        drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
             operation: "offset",
@@ -369,6 +373,13 @@ impl Setting<'_> {
             images.normals = normals;
             seconds.operate += laps.lap("normals");
         }
+        images.finer = self.finer(grid, exterior, || {
+            let two_sided = match covered {
+                Cow::Owned(two_sided) => Some(two_sided),
+                Cow::Borrowed(_) => None,
+            };
+            Parts::OfBall { solid: solid.clone(), two_sided, radius, membership }
+        });
         images.report.seconds = laps.seconds;
         Ok(images)
     }
@@ -489,6 +500,12 @@ impl Setting<'_> {
         Ok(Some(found))
     }
 
+    /// Returns what a mesh may need to be sampled again, if there can be one.
+    fn finer(&self, grid: Grid, exterior: Exterior, parts: impl FnOnce() -> Parts) -> Option<Arc<FinerSum>> {
+        let may_be_refined = self.keep.has_triangles() && self.mode == Mode::Exact && !self.is_coarser;
+        may_be_refined.then(|| Arc::new(FinerSum { grid, exterior, parts: parts() }))
+    }
+
     /// Makes the requested images from resolved spans.
     fn images<H: Hit + Sync>(
         &self,
@@ -504,6 +521,7 @@ impl Setting<'_> {
             volume_sums: Vec::new(),
             images: Vec::new(),
             normals: Vec::new(),
+            finer: None,
             bias: 0.0,
             bounds: None,
             report,
@@ -581,7 +599,7 @@ impl Setting<'_> {
         let images = self.axes.iter().map(|&axis| empty_image(&grid, axis)).collect::<Result<Vec<Ldi>, Error>>()?;
         let volume_sums = images.iter().map(Ldi::volume_sums).collect();
         let normals = Vec::new();
-        Ok(StepImages { grid, volume_sums, images, normals, bias: 0.0, bounds: None, report })
+        Ok(StepImages { grid, volume_sums, images, normals, finer: None, bias: 0.0, bounds: None, report })
     }
 
     fn refused(&self, error: &dyn Display) -> Error {

@@ -150,13 +150,13 @@ pub fn mesh(
 fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordinates) -> Result<Surface, Error> {
     match imaged.finer.filter(|_| levels > 0 && imaged.mode == Mode::Exact && imaged.normals.is_some()) {
         Some(finer) => {
-            let mut lattices = None;
-            contour_refined(images, imaged.normals, coordinates, levels, |rays| {
-                let lattices = match &mut lattices {
-                    Some(lattices) => lattices,
-                    none => none.insert(finer.lattices(images[0].grid())?),
+            let mut sampler = None;
+            contour_refined(images, imaged.normals, coordinates, levels, |fine| {
+                let sampler = match &mut sampler {
+                    Some(sampler) => sampler,
+                    none => none.insert(finer.sampler(images[0].grid())?),
                 };
-                finer.image(lattices, rays)
+                sampler(fine)
             })
         }
         None => Ok(contour_in(images, imaged.normals, imaged.mode, coordinates)?),

@@ -7,8 +7,8 @@ use crate::parallel::*;
 use super::view::{Footprint, View};
 use super::{BallPatches, Patch};
 use crate::cancel::checkpoint;
-use crate::fixed::{Crossing, Hit, Pixels};
-use crate::grid::{Axis, Grid};
+use crate::fixed::{Crossing, Hit};
+use crate::grid::{Axis, FineBox, Grid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::{Exterior, RaySpans};
 use crate::sampler::cpu::{BandCrossings, Sorted, sort};
@@ -49,27 +49,48 @@ impl BallPatches<'_> {
         axis: Axis,
         exterior: Exterior,
     ) -> Result<(RaySpans<H>, u64), TooManySamples> {
-        let view = View::new(grid, axis);
-        let (columns, rows) = grid.image_size(axis);
-        let length = f64::from(grid.length(axis.depth()));
+        self.spans_of_view(&View::new(grid, axis), exterior)
+    }
+
+    /// Computes the spans along an axis in a box of finer pixels of the grid that the polyhedron lies on.
+    pub(crate) fn spans_in_box<H: Hit + Sync>(
+        &self,
+        grid: &Grid,
+        fine: &FineBox,
+        axis: Axis,
+        exterior: Exterior,
+    ) -> Result<RaySpans<H>, TooManySamples> {
+        let (through, _) = self.spans_of_view::<H>(&View::in_box(grid, axis, fine), exterior)?;
+        RaySpans::in_box(fine, axis, exterior, |ray, _| through.of_ray(ray))
+    }
+
+    /// Computes the spans of the rays of a view, and the number of their crossings.
+    fn spans_of_view<H: Hit + Sync>(
+        &self,
+        view: &View,
+        exterior: Exterior,
+    ) -> Result<(RaySpans<H>, u64), TooManySamples> {
+        let (axis, length, pixels) = (view.axis, view.length, view.nodes);
+        let (columns, rows) = (view.columns.len() as u32, view.rows.len() as u32);
         let bands = rows.div_ceil(BAND_ROWS);
-        let sorted = if self.covers_all(exterior) { Vec::new() } else { self.by_band(&view, bands as usize) };
-        let pixels = Pixels::new(grid.shift());
+        let sorted = if self.covers_all(exterior) { Vec::new() } else { self.by_band(view, bands as usize) };
         let of_band = |crossings: &mut BandCrossings<H>, band: u32| {
             checkpoint();
             let rows = band * BAND_ROWS..rows.min((band + 1) * BAND_ROWS);
             crossings.begin(rows.len() * columns as usize);
-            let seen_rows = rows.start as i32..rows.end as i32;
+            let [first_column, first_row] = [view.columns.start, view.rows.start + rows.start as i32];
+            let seen_rows = first_row..first_row + rows.len() as i32;
             for patch in sorted.iter().flat_map(|chunk| chunk.of_band(band as usize)) {
-                self.sweep(*patch, &view, seen_rows.clone(), |column, row, depth, winding| {
+                self.sweep(*patch, view, seen_rows.clone(), |column, row, depth, winding| {
                     let depth = match exterior {
                         Exterior::Out => depth.clamp(0.0, length),
                         // Beyond the grid everything is in.
                         Exterior::In if !(0.0..=length).contains(&depth) => return,
                         Exterior::In => depth,
                     };
-                    let ray = (row as u32 - rows.start) * columns + column as u32;
-                    crossings.push(ray, H::new(Crossing::at(depth, winding), *patch));
+                    let ray = (row - first_row) as u32 * columns + (column - first_column) as u32;
+                    let crossing = Crossing::at(depth, winding).moved(view.nodes_by);
+                    crossings.push(ray, H::new(crossing, *patch));
                 });
             }
             crossings.sort_by_ray();
@@ -114,7 +135,8 @@ impl BallPatches<'_> {
                 let Some(Footprint { rows, .. }) = self.footprint(patch, view).filter(|found| !found.is_empty()) else {
                     continue;
                 };
-                reaching.push((patch, rows.start as u32 / BAND_ROWS, (rows.end as u32 - 1) / BAND_ROWS));
+                let band = |row: i32| (row - view.rows.start) as u32 / BAND_ROWS;
+                reaching.push((patch, band(rows.start), band(rows.end - 1)));
             }
             Sorted::new(bands, reaching, |patch| patch)
         };

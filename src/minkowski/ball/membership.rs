@@ -51,6 +51,11 @@ impl BallMembership {
         Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
     }
 
+    /// Returns whether a point is no farther than the radius from a triangle.
+    pub(super) fn is_near(&self, point: [i32; 3]) -> bool {
+        self.surface.as_ref().is_some_and(|surface| surface.any_within(exact(point), self.radius))
+    }
+
     /// Returns whether a point is in the polyhedron, without its outer side; `None` for one that lies on no ray.
     pub(super) fn inside_by_rays(&self, point: [i32; 3]) -> Option<bool> {
         let ray_of = |coordinate: usize| {
@@ -73,8 +78,6 @@ impl Membership for BallMembership {
     type Memory = ();
 
     fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
-        let is_near = |surface: &ClosestTriangle| surface.any_within(exact(point), self.radius);
-        let is_inside = || self.inside_by_rays(point).expect("the point is on a ray");
-        self.surface.as_ref().is_some_and(is_near) || is_inside()
+        self.is_near(point) || self.inside_by_rays(point).expect("the point is on a ray")
     }
 }

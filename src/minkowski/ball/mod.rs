@@ -162,17 +162,26 @@ impl<'s> BallPatches<'s> {
     /// its own, across the images, in place of its patch's, and a unit normal in world axes under that number. Samples of
     /// images without triangles get the normal zero.
     pub fn sample_normals(&self, images: [Ldi; 3]) -> Result<([Ldi; 3], Vec<[f32; 3]>), LdiError> {
+        self.sample_normals_from([0; 3], images)
+    }
+
+    /// Computes the same for images whose lattice begins at a position of the polyhedron's, such as those of a box of finer pixels.
+    pub(crate) fn sample_normals_from(
+        &self,
+        origin: [i32; 3],
+        images: [Ldi; 3],
+    ) -> Result<([Ldi; 3], Vec<[f32; 3]>), LdiError> {
         let mut normals = Vec::with_capacity(images.iter().map(|image| image.depths().len()).sum());
         let mut numbered = Vec::with_capacity(3);
         for image in images {
             let first = normals.len() as u32;
-            self.append_normals(&image, &mut normals);
+            self.append_normals(origin, &image, &mut normals);
             numbered.push(image.with_triangles((first..normals.len() as u32).collect())?);
         }
         Ok((numbered.try_into().expect("three images went in"), normals))
     }
 
-    fn append_normals(&self, image: &Ldi, normals: &mut Vec<[f32; 3]>) {
+    fn append_normals(&self, origin: [i32; 3], image: &Ldi, normals: &mut Vec<[f32; 3]>) {
         let Some(patches) = image.triangles() else {
             return normals.resize(normals.len() + image.depths().len(), [0.0; 3]);
         };
@@ -184,11 +193,11 @@ impl<'s> BallPatches<'s> {
                 let ray = row * columns + column;
                 let first = image.offsets()[ray as usize] as usize;
                 for (patch, &depth) in patches[first..].iter().zip(image.samples(ray)) {
-                    let mut point = DVec3::ZERO;
-                    point[axis.column()] = f64::from(pixels.ray(column as i32));
-                    point[axis.row()] = f64::from(pixels.ray(row as i32));
-                    point[axis.depth()] = f64::from(depth);
-                    found.push(self.normal(*patch, point).as_vec3().to_array());
+                    let mut point = origin;
+                    point[axis.column()] += pixels.ray(column as i32);
+                    point[axis.row()] += pixels.ray(row as i32);
+                    point[axis.depth()] += depth;
+                    found.push(self.normal(*patch, exact(point)).as_vec3().to_array());
                 }
             }
             found

@@ -7,7 +7,7 @@ use super::membership::BallMembership;
 use crate::grid::LatticeBox;
 use crate::minkowski::membership::Shell;
 use crate::minkowski::probe::{Probe, Probed, centre, corners};
-use crate::minkowski::{Exterior, Polyhedron};
+use crate::minkowski::{Exterior, Membership, Polyhedron};
 
 /// A bound on the error of distances between lattice positions, in lattice steps.
 const ROUNDED: f64 = 1e-3;
@@ -32,6 +32,15 @@ impl<'s> BallProbe<'s> {
             let shell = self.shell.get_or_init(|| Shell::new(self.solid));
             shell.winds_around(point) != (self.membership.exterior == Exterior::In)
         })
+    }
+}
+
+/// Points may also lie between the rays.
+impl Membership for BallProbe<'_> {
+    type Memory = ();
+
+    fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
+        self.membership.is_near(point) || self.is_inside(point)
     }
 }
 

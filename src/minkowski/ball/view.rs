@@ -5,24 +5,58 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::fixed::Pixels;
-use crate::grid::{Axis, Grid};
+use crate::grid::{Axis, FineBox, Grid};
 
-/// The rays of a grid along one axis: column, row and depth in place of x, y and z.
-#[derive(Clone, Copy, Debug)]
+/// Rays along one axis: column, row and depth in place of x, y and z. Positions are those of the lattice that patches lie on.
+#[derive(Clone, Debug)]
 pub struct View {
     pub axis: Axis,
-    pixels: Pixels,
+    /// The columns and the rows of the rays.
+    pub columns: Range<i32>,
+    pub rows: Range<i32>,
+    /// The nodes along the rays, and the number of lattice steps by which they lie further up than the patches' lattice says.
+    pub nodes: Pixels,
+    pub nodes_by: i32,
+    /// Length of the lattice along the rays, in steps.
+    pub length: f64,
+    /// The position of ray 0.
+    first: i32,
     per_step: f64,
-    columns: i32,
-    rows: i32,
 }
 
 impl View {
+    /// Returns all rays of a grid.
     pub fn new(grid: &Grid, axis: Axis) -> View {
         let (columns, rows) = grid.image_size(axis);
-        let per_step = 1.0 / f64::from(1u32 << grid.shift());
-        let pixels = Pixels::new(grid.shift());
-        View { axis, pixels, per_step, columns: columns as i32, rows: rows as i32 }
+        let nodes = Pixels::new(grid.shift());
+        View {
+            axis,
+            columns: 0..columns as i32,
+            rows: 0..rows as i32,
+            nodes,
+            nodes_by: 0,
+            length: f64::from(grid.length(axis.depth())),
+            first: nodes.first,
+            per_step: 1.0 / f64::from(1u32 << grid.shift()),
+        }
+    }
+
+    /// Returns the rays through a box of finer pixels of a grid, numbered on the finer raster.
+    pub fn in_box(grid: &Grid, axis: Axis, fine: &FineBox) -> View {
+        let [columns, rows] = [axis.column(), axis.row()].map(|i| {
+            let Range { start, end } = fine.pixels()[i];
+            start as i32..end as i32
+        });
+        let nodes = Pixels::new(fine.grid().shift());
+        View {
+            columns,
+            rows,
+            nodes,
+            nodes_by: fine.refined_by(),
+            first: nodes.first - fine.refined_by(),
+            per_step: 1.0 / f64::from(1u32 << fine.grid().shift()),
+            ..View::new(grid, axis)
+        }
     }
 
     /// Converts a lattice position.
@@ -41,30 +75,31 @@ impl View {
     /// Returns the lattice position of a column or row.
     #[inline]
     pub fn ray(&self, index: i32) -> f64 {
-        f64::from(self.pixels.ray(index))
+        f64::from((index << self.nodes.shift) + self.first)
     }
 
     /// Returns the columns whose rays lie between two lattice positions.
     #[inline]
     pub fn columns(&self, low: f64, high: f64) -> Range<i32> {
-        self.between(low, high, self.columns)
+        self.between(low, high, &self.columns)
     }
 
     /// Returns the rows whose rays lie between two lattice positions.
     #[inline]
     pub fn rows(&self, low: f64, high: f64) -> Range<i32> {
-        self.between(low, high, self.rows)
+        self.between(low, high, &self.rows)
     }
 
     #[inline]
-    fn between(&self, low: f64, high: f64, count: i32) -> Range<i32> {
-        let first = f64::from(self.pixels.first);
-        let place = |position: f64| ((position - first) * self.per_step).clamp(-1.0, f64::from(count));
+    fn between(&self, low: f64, high: f64, all: &Range<i32>) -> Range<i32> {
+        let first = f64::from(self.first);
+        let place =
+            |position: f64| ((position - first) * self.per_step).clamp(f64::from(all.start - 1), f64::from(all.end));
         let (low, high) = (place(low), place(high));
         // Both are above −2, and conversion truncates.
         let start = low as i32 + i32::from(f64::from(low as i32) < low);
         let end = (high + 1.0) as i32;
-        start.max(0)..end.min(count)
+        start.max(all.start)..end.min(all.end)
     }
 }
 

@@ -2,50 +2,23 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
-
 use super::super::border::Scale;
 use super::groups::Group;
-use crate::cancel::checkpoint;
-use crate::grid::{Axis, Grid, GridError, LatticeBox, LatticeSolid};
+use crate::grid::{Axis, FineBox, Grid};
 use crate::ldi::Ldi;
 
-/// Rays to be sampled, beside one another 2^levels times closer together than those of a grid.
-pub struct FineRays {
-    /// The axis along which they run.
-    pub axis: Axis,
-    /// How often the pitch is halved.
-    pub levels: u32,
-    /// The columns of the refined grid that the image has.
-    pub columns: Range<u32>,
-    /// The rows that are needed.
-    pub rows: Range<u32>,
-}
-
-impl FineRays {
-    /// Returns a solid of the coarse grid for its image along the axis.
-    ///
-    /// # Errors
-    /// Fails where the grid cannot be refined.
-    pub fn solid<'s>(&self, solid: &'s LatticeSolid) -> Result<LatticeSolid<'s>, GridError> {
-        let fine = solid.refined(self.levels, self.axis, &self.columns)?;
-        let grid = *fine.grid();
-        let mut region = LatticeBox { min: [0; 3], max: [0, 1, 2].map(|i| grid.length(i)) };
-        let row = self.axis.row();
-        region.min[row] = (self.rows.start << grid.shift()) as i32;
-        region.max[row] = (self.rows.end << grid.shift()) as i32;
-        Ok(fine.within(&region))
-    }
+/// The exact images of a solid in a box of finer pixels, with the triangles of their samples.
+pub struct FineImages {
+    /// Those along x, y and z, on the grid of the box.
+    pub images: [Ldi; 3],
+    /// The normals of their triangles; `None` where those of the coarse images are meant.
+    pub normals: Option<Vec<[f32; 3]>>,
 }
 
 /// The finer images around a group.
 pub struct Window {
     pub scale: Scale,
-    grid: Grid,
-    /// Pixels of the refined grid, along x, y and z.
-    pixels: Pixels,
-    /// The numbers of pixels of that grid.
-    all: [u32; 3],
+    fine: FineBox,
 }
 
 impl Window {
@@ -69,13 +42,10 @@ impl Window {
             start as u32..(index(greatest + 1) + 2).clamp(start + 1, last) as u32
         });
         let offset = std::array::from_fn(|i| whole.offset[i] - pixels[i].start as i32);
-        let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
-        let rays = pixels.each_ref().map(|range| range.end - range.start);
-        let origin = fine.origin() + fine.pitch() * starts;
-        let grid = Grid::from_parts(origin, fine.pitch(), rays, fine.shift(), fine.lod()).ok()?;
-        let [x, y, z] = rays.map(u64::from);
+        let [x, y, z] = pixels.each_ref().map(|range| u64::from(range.end - range.start));
         let is_small = fits(&pixels, fine.rays()) && x * y * z / 64 <= MOST_WORDS;
-        is_small.then_some(Window { scale: Scale { levels, offset }, grid, pixels, all: fine.rays() })
+        let fine = FineBox::new(grid, levels, pixels).ok().filter(|_| is_small)?;
+        Some(Window { scale: Scale { levels, offset }, fine })
     }
 }
 
@@ -98,7 +68,6 @@ pub struct Batch {
     /// Their numbers.
     pub windows: Vec<usize>,
     pixels: Pixels,
-    levels: u32,
 }
 
 impl Batch {
@@ -116,25 +85,18 @@ impl Batch {
         rays(&self.pixels).iter().sum()
     }
 
-    /// Has the images made.
-    pub fn images<E>(&self, sample: &mut impl FnMut(&FineRays) -> Result<Ldi, E>) -> Result<[Ldi; 3], E> {
-        let mut along = |axis: Axis| {
-            checkpoint();
-            let [columns, rows] = [axis.column(), axis.row()].map(|i| self.pixels[i].clone());
-            sample(&FineRays { axis, levels: self.levels, columns, rows })
-        };
-        Ok([along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?])
+    /// Returns the box of pixels that its images are made in.
+    pub fn fine(&self, windows: &[Window]) -> FineBox {
+        windows[self.windows[0]].fine.with_pixels(self.pixels.clone())
     }
 
-    /// Returns the part of the images in a window.
+    /// Returns the part of its images in a window.
     pub fn of_window(&self, images: &[Ldi; 3], window: &Window) -> [Ldi; 3] {
-        let along = |image: &Ldi| {
-            let (mut pixels, across) = (window.pixels.clone(), image.axis().column());
-            let first = self.pixels[across].start;
-            pixels[across] = pixels[across].start - first..pixels[across].end - first;
-            image.window(window.grid, &pixels)
-        };
-        images.each_ref().map(along)
+        let pixels = std::array::from_fn(|i| {
+            let (Range { start, end }, first) = (window.fine.pixels()[i].clone(), self.pixels[i].start);
+            start - first..end - first
+        });
+        images.each_ref().map(|image| image.window(*window.fine.grid(), &pixels))
     }
 }
 
@@ -148,29 +110,29 @@ fn rays([x, y, z]: &Pixels) -> [u64; 3] {
 fn share_out(windows: &[Window], mut some: Vec<usize>, rays_of_image: u64, batches: &mut Vec<Batch>) -> u64 {
     let hull = |some: &[usize]| -> Pixels {
         std::array::from_fn(|i| {
-            let ranges = || some.iter().map(|&window| &windows[window].pixels[i]);
+            let ranges = || some.iter().map(|&window| &windows[window].fine.pixels()[i]);
             ranges().map(|range| range.start).min().unwrap_or(0)..ranges().map(|range| range.end).max().unwrap_or(0)
         })
     };
     let pixels = hull(&some);
     let rays = rays(&pixels);
     let together = rays.iter().sum::<u64>() + 3 * rays_of_image;
-    let (first, levels) = (batches.len(), windows[some[0]].scale.levels);
+    let first = batches.len();
     if some.len() > 1 {
         let longest = (0..3).max_by_key(|&i| pixels[i].len()).unwrap_or(0);
         some.sort_by_key(|&window| {
-            let range = &windows[window].pixels[longest];
+            let range = &windows[window].fine.pixels()[longest];
             range.start + range.end
         });
         let others = some.split_off(some.len() / 2);
         let apart = share_out(windows, some.clone(), rays_of_image, batches)
             + share_out(windows, others.clone(), rays_of_image, batches);
-        if apart < together || !fits(&pixels, windows[some[0]].all) {
+        if apart < together || !fits(&pixels, windows[some[0]].fine.whole().rays()) {
             return apart;
         }
         batches.truncate(first);
         some.extend(others);
     }
-    batches.push(Batch { windows: some, pixels, levels });
+    batches.push(Batch { windows: some, pixels });
     together
 }

@@ -6,7 +6,7 @@ use ldi_ops::length::Length;
 use ldi_ops::mesh::LengthUnit;
 
 use super::{
-    Command, DEFAULT_RESOLUTION, Invocation, Job, axes, device, fill, has_no_finer_rays, image_target, invocation, lod,
+    Command, DEFAULT_RESOLUTION, Invocation, Job, axes, can_be_refined, device, fill, image_target, invocation, lod,
     mode, report, spacing,
 };
 use crate::args::{BallArguments, MinkowskiArguments, OffsetArguments, SumArguments, SumPlacingArguments};
@@ -50,7 +50,7 @@ fn sum(
         return Err(Error::input(refusal));
     }
     let (backend, memory) = device(sampling.device)?;
-    has_no_finer_rays(&writing.finish, "sums and offsets have the cells of their raster; raise --resolution")?;
+    can_be_refined(&writing.finish, sampling.kind.mode)?;
     let target = image_target(writing, MeshMethod::Sampled, sampling.kind.axis)?;
     let report = report(&common)?;
     let job = SumJob {
