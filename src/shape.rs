@@ -285,7 +285,8 @@ impl Shape {
         }
         let whole = settings.clone().axes(crate::Axes::All).mode(crate::Mode::Exact);
         // Its own error should not come on top.
-        let (finish, precision) = (Finish::full(), Precision::Double);
+        let finish = if let Node::Sum(..) = &*self.node { Finish::of_operand() } else { Finish::full() };
+        let precision = Precision::Double;
         let mut measured = self.measured(&whole, Keep::Mesh(finish.request(precision)), false, monitor)?;
         let exact = measured.exact_mesh.take();
         let is_exact = exact.is_some();

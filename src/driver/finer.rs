@@ -10,7 +10,7 @@ use crate::grid::{Axis, FineBox, Grid, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode};
-use crate::surface::FineImages;
+use crate::surface::{FineImages, FineSampler};
 
 /// A result that can be sampled again.
 #[derive(Clone, Copy)]
@@ -21,12 +21,17 @@ pub enum Finer<'a> {
     Sum(&'a FinerSum),
 }
 
-/// Makes the images of a result in a box of finer pixels; nothing where there are none.
-pub type FineSampler<'a> = Box<dyn FnMut(&FineBox) -> Result<Option<FineImages>, Error> + 'a>;
-
 impl<'a> Finer<'a> {
+    /// Returns the number of triangles that the sampler looks at.
+    pub fn triangles(self) -> usize {
+        match self {
+            Finer::Measured { solids, .. } => solids.iter().map(|solid| solid.mesh().triangles.len()).sum(),
+            Finer::Sum(sum) => sum.triangles(),
+        }
+    }
+
     /// Returns the sampler of a result whose images lie on a grid.
-    pub fn sampler(self, grid: &Grid) -> Result<FineSampler<'a>, Error> {
+    pub(crate) fn sampler(self, grid: &Grid) -> Result<FineSampler<'a, Error>, Error> {
         match self {
             Finer::Measured { measurement, solids, fill } => {
                 let lattices = solids.iter().map(|solid| solid.quantise(grid)).collect::<Result<Vec<_>, Error>>()?;
@@ -36,7 +41,7 @@ impl<'a> Finer<'a> {
                     Ok(Some(FineImages { images, normals: None }))
                 }))
             }
-            Finer::Sum(sum) => Ok(sum.sampler()),
+            Finer::Sum(sum) => Ok(sum.sampler(*grid)),
         }
     }
 }

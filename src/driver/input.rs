@@ -242,14 +242,42 @@ fn surface_of_images(_: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning>), 
 /// Reads, places and checks all inputs, and brings them to one unit.
 pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<Solid>, Vec<Warning>), Error> {
     let loaded: Vec<_> = inputs.par_iter().map(|input| solid(input, requirements)).collect();
-    let (mut solids, mut warnings) = (Vec::new(), Vec::new());
+    let (mut solids, mut warnings, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for loaded in loaded {
-        let (solid, found) = loaded?;
-        solids.push(solid);
-        warnings.extend(found);
+        match loaded {
+            Ok((solid, found)) => {
+                solids.push(solid);
+                warnings.extend(found);
+            }
+            Err(error) => errors.push(error),
+        }
+    }
+    if !errors.is_empty() {
+        return Err(all_of(errors));
     }
     warnings.extend(bring_to_one_unit(&mut solids, requirements)?);
     Ok((solids, warnings))
+}
+
+/// Returns the error of inputs that cannot be used: the first, or a list of those that say no more than a message.
+fn all_of(mut errors: Vec<Error>) -> Error {
+    let message = |error: &Error| match error {
+        Error::Input(message) => Some(format!("\n  {message}")),
+        _ => None,
+    };
+    let messages: Vec<String> = errors.iter().filter_map(message).collect();
+    if messages.len() < 2 {
+        return errors.swap_remove(0);
+    }
+    let more = match messages.len().saturating_sub(LISTED) {
+        0 => String::new(),
+        more => format!("\n  and {more} more"),
+    };
+    Error::input(format!(
+        "{} inputs cannot be used:{}{more}",
+        messages.len(),
+        messages[..messages.len().min(LISTED)].concat()
+    ))
 }
 
 /// Checks solids that are in memory already, and brings them to one unit.

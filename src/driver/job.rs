@@ -314,6 +314,8 @@ pub struct MeshRequest {
     /// True if a bound is asked for within which triangles of a mesh from images are removed. Without one they are removed if there is
     /// memory for it, and forecasts are those of the full mesh.
     pub is_simplified: bool,
+    /// True if a mesh from images may get finer cells.
+    pub is_refined: bool,
 }
 
 /// The requested method of a mesh.
@@ -403,6 +405,11 @@ impl Finish {
         Finish { surface_error: Some(Bound::ZERO), ..Finish::default() }
     }
 
+    /// Returns the finish of the mesh of a sum that is an operand: full, with the cells of the raster.
+    pub fn of_operand() -> Finish {
+        Finish { refine: Some(0), ..Finish::full() }
+    }
+
     /// Returns whether the mesh is certainly one of images. A bound of a distance makes sense for those alone.
     pub fn is_of_images(&self) -> bool {
         self.method == MeshMethod::Sampled || self.removes_triangles()
@@ -416,6 +423,7 @@ impl Finish {
     /// Returns what a measurement has to keep for a file of a precision.
     pub fn request(&self, precision: Precision) -> MeshRequest {
         let method = if self.is_of_images() { MeshMethod::Sampled } else { self.method };
-        MeshRequest { method, precision, recentre: self.recentre, is_simplified: self.removes_triangles() }
+        let (is_simplified, is_refined) = (self.removes_triangles(), self.refine != Some(0));
+        MeshRequest { method, precision, recentre: self.recentre, is_simplified, is_refined }
     }
 }

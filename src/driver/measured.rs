@@ -74,7 +74,7 @@ pub struct Measured {
     pub images: Vec<Ldi>,
     /// The normals of the triangles that the images refer to.
     pub normals: Vec<[f32; 3]>,
-    /// What the images of a sum were made from, if a mesh may need finer ones.
+    /// The solids of a sum, if a mesh of the images may need finer ones.
     pub finer: Option<Arc<FinerSum>>,
     /// The exact mesh, if it is kept; then the images are not.
     pub exact_mesh: Option<Exact>,
@@ -336,7 +336,7 @@ impl Measured {
             self.surface = surface;
             self.seconds.write += writing.elapsed().as_secs_f64();
         }
-        (self.images, self.normals) = (Vec::new(), Vec::new());
+        (self.images, self.normals, self.finer) = (Vec::new(), Vec::new(), None);
         self.warnings = warnings;
         self.seconds.read = read;
         self.seconds.total = start.elapsed().as_secs_f64();

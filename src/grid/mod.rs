@@ -23,7 +23,7 @@ use crate::allocation::vec_with_room;
 use crate::mesh::{Aabb, ClosedMesh, TriangleMesh};
 
 pub use offset::offset_grid;
-pub use refined::FineBox;
+pub(crate) use refined::FineBox;
 pub use sum::SumGrid;
 
 /// Largest lattice position, so that a depth and its flags fit 32 bits and edge functions fit `i64`.

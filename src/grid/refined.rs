@@ -35,10 +35,9 @@ impl Grid {
     }
 }
 
-/// A box of pixels of a grid whose pitch is halved a number of times, of which images are needed: the finer rays through them.
-/// Nothing is rounded again.
+/// A box of pixels of a finer raster: that of a grid whose pitch is halved some times, on the same lattice.
 #[derive(Clone, Debug)]
-pub struct FineBox {
+pub(crate) struct FineBox {
     /// The finer raster, around everything.
     whole: Grid,
     /// The grid of the pixels in the box.
@@ -50,24 +49,22 @@ pub struct FineBox {
 }
 
 impl FineBox {
-    /// Creates a box of pixels of a grid whose pitch is halved `levels` times, which are numbered as they lie on that.
+    /// Creates the box of all pixels of a grid whose pitch is halved `levels` times.
     ///
     /// # Errors
-    /// Fails where there is no grid so fine.
-    pub(crate) fn new(coarse: &Grid, levels: u32, pixels: [Range<u32>; 3]) -> Result<FineBox, GridError> {
-        Ok(FineBox::on(coarse.refined(levels)?, coarse.refined_by(levels), pixels))
+    /// Those of [`Grid::refined`].
+    pub fn all(coarse: &Grid, levels: u32) -> Result<FineBox, GridError> {
+        let whole = coarse.refined(levels)?;
+        Ok(FineBox { whole, grid: whole, pixels: whole.rays.map(|n| 0..n), refined_by: coarse.refined_by(levels) })
     }
 
-    /// Returns another box of the same finer raster.
-    pub(crate) fn with_pixels(&self, pixels: [Range<u32>; 3]) -> FineBox {
-        FineBox::on(self.whole, self.refined_by, pixels)
-    }
-
-    fn on(whole: Grid, refined_by: i32, pixels: [Range<u32>; 3]) -> FineBox {
+    /// Returns the box of some pixels of the same finer raster.
+    pub fn with_pixels(&self, pixels: [Range<u32>; 3]) -> FineBox {
+        let whole = self.whole;
         let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
         let rays = pixels.each_ref().map(|range| range.end - range.start);
         let grid = Grid { origin: whole.origin + whole.pitch * starts, rays, ..whole };
-        FineBox { whole, grid, pixels, refined_by }
+        FineBox { grid, pixels, ..*self }
     }
 
     /// Returns the grid of the pixels in the box, on which its images lie.
@@ -76,35 +73,35 @@ impl FineBox {
     }
 
     /// Returns the finer raster, around everything.
-    pub(crate) fn whole(&self) -> &Grid {
+    pub fn whole(&self) -> &Grid {
         &self.whole
     }
 
     /// Returns the pixels along x, y and z, numbered on the finer raster.
-    pub(crate) fn pixels(&self) -> &[Range<u32>; 3] {
+    pub fn pixels(&self) -> &[Range<u32>; 3] {
         &self.pixels
     }
 
     /// Returns the lattice position on the finer raster of the coarse grid's position 0, along each axis.
-    pub(crate) fn refined_by(&self) -> i32 {
+    pub fn refined_by(&self) -> i32 {
         self.refined_by
     }
 
     /// Returns the lattice position of the coarse grid that is position 0 of the box.
-    pub(crate) fn origin(&self) -> [i32; 3] {
+    pub fn origin(&self) -> [i32; 3] {
         self.pixels.each_ref().map(|range| (range.start << self.whole.shift) as i32 - self.refined_by)
     }
 
     /// Returns the lattice positions of the finer raster between which the box lies along an axis.
-    pub(crate) fn span(&self, axis: Axis) -> [i32; 2] {
+    pub fn span(&self, axis: Axis) -> [i32; 2] {
         let Range { start, end } = self.pixels[axis.depth()];
         [start, end].map(|pixel| (pixel << self.whole.shift) as i32)
     }
 }
 
 impl LatticeSolid<'_> {
-    /// Returns the same solid for its image along an axis on the rays of a box of finer pixels of its grid: on the finer raster, of
-    /// which only the columns of the box are left, and rows beyond it stay empty. The rays run through all of the solid.
+    /// Returns the same solid on the finer raster of a box, for its image along an axis: only the columns of the box are left, and rows
+    /// beyond it stay empty. The rays run through all of the solid, of which nothing is rounded again.
     pub(crate) fn along(&self, axis: Axis, fine: &FineBox) -> LatticeSolid<'_> {
         let (across, columns) = (axis.column(), &fine.pixels[axis.column()]);
         let mut by = [fine.refined_by; 3];
@@ -152,7 +149,7 @@ mod tests {
                     let mut pixels = whole.map(|n| 0..n);
                     pixels[across] = columns.clone();
                     pixels[axis.row()] = 3..rows - 2;
-                    let fine = FineBox::new(&grid, levels, pixels.clone()).unwrap();
+                    let fine = FineBox::all(&grid, levels).unwrap().with_pixels(pixels.clone());
                     let solid = solid.along(axis, &fine);
                     let image = CpuSampler::default().sample(&solid, axis, Mode::Exact, FillRule::EvenOdd).unwrap();
                     let in_box = image.in_box(&fine);

@@ -5,7 +5,10 @@
 //! ends in a span without length. Which gaps in the box are out is decided as on a whole raster: a set of nodes that the box cuts off
 //! from certain inside and outside is one component more.
 
-use super::{Exterior, Membership, Primitives, RaySpans, resolve};
+use crate::parallel::*;
+
+use super::{Exterior, Membership, Primitives, RaySpans, ResolveError, resolve};
+use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Hit, Pixels, TriangleHit};
 use crate::grid::{Axis, FineBox, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
@@ -14,17 +17,17 @@ use crate::sampler::cpu::CpuSampler;
 use crate::sampler::lists::{ListSampler, RayLists};
 
 /// The part of a ray in a box: positions on its lattice, and the nodes between them.
-struct Stretch {
+struct Segment {
     start: i32,
     end: i32,
     nodes: Pixels,
 }
 
-impl Stretch {
-    /// Appends the hits on a ray that lie in the stretch. Where a span reaches beyond it, it ends there; where a gap does, it ends
-    /// in a span without length.
-    fn append<H: Hit>(&self, exterior: Exterior, hits: &[H], kept: &mut Vec<H>) {
-        let &Stretch { start, end, nodes } = self;
+impl Segment {
+    /// Appends the hits on a ray that lie in the segment. Where a span reaches beyond it, it ends there; where a gap does, it ends
+    /// in a span without length. `cut` is scratch space.
+    fn append<H: Hit>(&self, exterior: Exterior, hits: &[H], cut: &mut Vec<H>, kept: &mut Vec<H>) {
+        let &Segment { start, end, nodes } = self;
         let before = hits.partition_point(|hit| hit.crossing().nearest() <= start);
         let until = hits.partition_point(|hit| hit.crossing().nearest() < end);
         // Of the hits beyond an end, those of the span or the gap that is cut there.
@@ -42,30 +45,44 @@ impl Stretch {
             };
             H::new(crossing, hit.triangle().unwrap_or(0))
         };
-        let cut: Vec<H> = hits[before - beyond(before)..until + beyond(until)].iter().map(moved).collect();
-        exterior.keep_gaps(nodes, &cut, kept);
+        cut.clear();
+        cut.extend(hits[before - beyond(before)..until + beyond(until)].iter().map(moved));
+        exterior.keep_gaps(nodes, cut, kept);
     }
 }
 
 impl<H: Hit> RaySpans<H> {
-    /// Returns the part in a box of finer pixels of the spans on the rays through it: `through` returns the hits on the ray of a
-    /// number in the box, and of a column and a row on the finer raster, at depths on that.
+    /// Returns the spans of the rays of a box of finer pixels, as far as they lie in it. `through` gives the hits of a ray by its column
+    /// and row in the box, at depths on the finer raster.
     pub(super) fn in_box<'h>(
         fine: &FineBox,
         axis: Axis,
         exterior: Exterior,
-        through: impl Fn(u32, [u32; 2]) -> &'h [H],
+        through: impl Fn([u32; 2]) -> &'h [H] + Sync,
     ) -> Result<RaySpans<H>, TooManySamples>
     where
         H: 'h,
     {
         let [start, end] = fine.span(axis);
-        let stretch = Stretch { start, end, nodes: Pixels::new(fine.grid().shift()) };
-        let [columns, rows] = [axis.column(), axis.row()].map(|i| fine.pixels()[i].clone());
+        let segment = Segment { start, end, nodes: Pixels::new(fine.grid().shift()) };
+        let (columns, rows) = fine.grid().image_size(axis);
+        let of_row = |cut: &mut Vec<H>, row: u32| {
+            checkpoint();
+            let (mut ends, mut hits) = (Vec::with_capacity(columns as usize), Vec::new());
+            for column in 0..columns {
+                segment.append(exterior, through([column, row]), cut, &mut hits);
+                ends.push(hits.len());
+            }
+            (ends, hits)
+        };
+        let of_rows: Vec<(Vec<usize>, Vec<H>)> =
+            (0..rows).into_par_iter().with_min_len(4).map_init(Vec::new, of_row).collect();
         let (mut offsets, mut hits) = (vec![0], Vec::new());
-        for (ray, at) in (0..).zip(rows.flat_map(|row| columns.clone().map(move |column| [column, row]))) {
-            stretch.append(exterior, through(ray, at), &mut hits);
-            offsets.push(u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?);
+        for (ends, of_row) in of_rows {
+            let before = hits.len();
+            hits.extend_from_slice(&of_row);
+            u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
+            offsets.extend(ends.iter().map(|end| (before + end) as u32));
         }
         Ok(RaySpans { axis, offsets, hits })
     }
@@ -73,7 +90,7 @@ impl<H: Hit> RaySpans<H> {
 
 impl Primitives {
     /// Computes the spans along an axis in a box of finer pixels of the grid.
-    pub(crate) fn spans_in_box<H: Hit>(
+    pub(crate) fn spans_in_box<H: Hit + Sync>(
         &self,
         grid: &Grid,
         fine: &FineBox,
@@ -84,9 +101,9 @@ impl Primitives {
         let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
         let triangles = triangles.along(axis, fine);
         let through: RayLists<H> = sampler.crossings(&triangles, axis, exterior.keep())?;
-        let (columns, first) = (triangles.grid().image_size(axis).0, fine.pixels()[axis.column()].start);
-        RaySpans::in_box(fine, axis, exterior, |_, [column, row]| {
-            let ray = (row * columns + column - first) as usize;
+        let (columns, first) = (triangles.grid().image_size(axis).0, fine.pixels()[axis.row()].start);
+        RaySpans::in_box(fine, axis, exterior, |[column, row]| {
+            let ray = ((first + row) * columns + column) as usize;
             &through.hits[through.offsets[ray] as usize..through.offsets[ray + 1] as usize]
         })
     }
@@ -116,7 +133,11 @@ pub(crate) fn images_in_box(
     membership: &impl Membership,
 ) -> Result<Option<[Ldi; 3]>, TooManySamples> {
     let membership = InBox { membership, origin: fine.origin() };
-    let Ok(resolved) = resolve(fine.grid(), spans, exterior, &membership, &|_, _| ()) else { return Ok(None) };
+    let resolved = match resolve(fine.grid(), spans, exterior, &membership, &|_, _| ()) {
+        Ok(resolved) => resolved,
+        Err(ResolveError::Contradiction { .. }) => return Ok(None),
+        Err(error @ ResolveError::Mismatch { .. }) => unreachable!("the spans are those of the box: {error}"),
+    };
     let sampler = CpuSampler::default();
     let [x, y, z] = resolved.spans.map(|spans| spans.image(fine.grid(), Mode::Exact, &sampler));
     Ok(Some([x?, y?, z?]))
@@ -245,7 +266,7 @@ mod tests {
                 let along = |axis| moved.spans(&fine, axis, exterior, &sampler).unwrap().0;
                 let whole = resolved(&fine, Axis::ALL.map(along), exterior, &membership_there);
                 for pixels in boxes(&fine, &mut random) {
-                    let fine = FineBox::new(&grid, levels, pixels).unwrap();
+                    let fine = FineBox::all(&grid, levels).unwrap().with_pixels(pixels);
                     let along = |axis| primitives.spans_in_box(&grid, &fine, axis, exterior, &sampler).unwrap();
                     let in_box = images_in_box(&fine, Axis::ALL.map(along), exterior, &membership).unwrap().unwrap();
                     let compared = compare(&fine, levels, &in_box, (&coarse, &whole), are_same);
@@ -280,7 +301,7 @@ mod tests {
                 let along = |axis| patches_there.spans(&fine, axis, exterior).unwrap();
                 let whole = resolved(&fine, Axis::ALL.map(along), exterior, &membership_there);
                 for pixels in boxes(&fine, &mut random) {
-                    let fine = FineBox::new(&grid, levels, pixels).unwrap();
+                    let fine = FineBox::all(&grid, levels).unwrap().with_pixels(pixels);
                     let along = |axis| patches.spans_in_box(&grid, &fine, axis, exterior).unwrap();
                     let in_box = images_in_box(&fine, Axis::ALL.map(along), exterior, &probe).unwrap().unwrap();
                     // Depths are calculated in `f64` at other places.
@@ -290,20 +311,47 @@ mod tests {
                     };
                     let compared = compare(&fine, levels, &in_box, (&coarse, &whole), same);
                     (0..2).for_each(|i| counts[i] += compared[i]);
-                    let (numbered, normals) = patches.sample_normals_from(fine.origin(), in_box.clone()).unwrap();
-                    for (image, numbered) in in_box.iter().zip(&numbered) {
-                        assert_eq!(image.depths(), numbered.depths());
-                    }
-                    assert_eq!(normals.len(), numbered.iter().map(|image| image.depths().len()).sum::<usize>());
+                    let (numbered, normals) = patches.sample_normals_from(fine.origin(), in_box).unwrap();
+                    normals_lead_to_the_surface(&numbered, &normals, &fine, &membership, radius);
                 }
             }
         }
         assert!(counts[0] > 30_000 && counts[1] > 3000, "{counts:?}");
     }
 
+    /// Asserts that the foot of each sample, along its normal, is on the solid itself, unless the sample lies at an end of the box.
+    fn normals_lead_to_the_surface(
+        images: &[Ldi],
+        normals: &[[f32; 3]],
+        fine: &FineBox,
+        membership: &BallMembership,
+        radius: f64,
+    ) {
+        let (pixels, origin) = (Pixels::new(fine.grid().shift()), fine.origin());
+        for image in images {
+            let (axis, end) = (image.axis(), fine.grid().length(image.axis().depth()));
+            for ray in 0..image.rays() {
+                let first = image.offsets()[ray as usize] as usize;
+                let numbers = &image.triangles().unwrap()[first..];
+                for (&depth, &number) in
+                    image.samples(ray).iter().zip(numbers).filter(|(depth, _)| (1..end).contains(*depth))
+                {
+                    let mut point = origin;
+                    point[axis.column()] += pixels.ray((ray % image.size().0) as i32);
+                    point[axis.row()] += pixels.ray((ray / image.size().0) as i32);
+                    point[axis.depth()] += depth;
+                    let normal = DVec3::from_array(normals[number as usize].map(f64::from));
+                    let foot = DVec3::from_array(point.map(f64::from)) - radius * normal;
+                    let beside = membership.distance(foot);
+                    assert!(beside < 1e-5 * radius, "{axis:?} {ray} {depth}: {beside} of {radius}");
+                }
+            }
+        }
+    }
+
     /// States of nodes: in, in a gap, or beyond everything.
     #[test]
-    fn nodes_of_a_stretch_have_the_state_that_they_have_on_the_ray() {
+    fn nodes_of_a_segment_have_the_state_that_they_have_on_the_ray() {
         let (mut random, nodes) = (Random::new(6), Pixels::new(4));
         let state = |hits: &[Crossing], node: i32, exterior: Exterior| {
             let before = hits.iter().filter(|hit| hit.nearest() < node).count();
@@ -327,7 +375,7 @@ mod tests {
             let pixel = random.below(20) as i32;
             let [start, end] = [pixel, pixel + 1 + random.below(12) as i32].map(|pixel| pixel << 4);
             let mut cut = Vec::new();
-            Stretch { start, end, nodes }.append(exterior, &kept, &mut cut);
+            Segment { start, end, nodes }.append(exterior, &kept, &mut Vec::new(), &mut cut);
             assert!(cut.len().is_multiple_of(2) && cut.is_sorted(), "{kept:?} {cut:?}");
             for index in 0..(end - start) >> 4 {
                 let node = nodes.ray(index);

@@ -73,7 +73,8 @@ pub use lost::SubResolution;
 use pairing::JoinedFaces;
 use part::Part;
 use quads::{Cut, OpenQuad, Quad};
-pub use refine::{FineImages, FinerBlocks, MOST_LEVELS, contour_refined};
+pub(crate) use refine::{FineImages, FineSampler, FineSource, contour_refined};
+pub use refine::{FinerBlocks, MOST_LEVELS};
 use resolve_self_intersections::{Tangle, View};
 pub(crate) use snap::snap;
 

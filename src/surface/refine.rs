@@ -26,37 +26,39 @@ use crate::ldi::{Ldi, Mode};
 use crate::parallel::*;
 use groups::{Group, groups};
 use joined::Joined;
-pub use window::FineImages;
 use window::{Batch, Window};
+pub(crate) use window::{FineImages, FineSampler};
+
+/// A solid that can be sampled in boxes of finer pixels.
+pub(crate) struct FineSource<S> {
+    /// The sampler: see [`FineSampler`].
+    pub sample: S,
+    /// The number of triangles that it looks at for each image.
+    pub triangles: usize,
+}
 
 /// Contours the solid of three exact images like [`contour_in`](super::contour_in), with finer cells where it has details finer than
 /// the lattice: halved up to `levels` times.
 ///
-/// `sample` returns images of the same solid in a box of finer pixels; `None` where there are none, so that the cells in the box stay
-/// as they are.
-///
 /// # Errors
-/// Those of `contour_in` and of `sample`.
-pub fn contour_refined<E: From<SurfaceError>>(
+/// Those of `contour_in` and of the sampler.
+pub(crate) fn contour_refined<E: From<SurfaceError>>(
     images: [&Ldi; 3],
     normals: Option<&[[f32; 3]]>,
     coordinates: Coordinates,
     levels: u32,
-    mut sample: impl FnMut(&FineBox) -> Result<Option<FineImages>, E>,
+    from: FineSource<impl FnMut(&FineBox) -> Result<Option<FineImages>, E>>,
 ) -> Result<Surface, E> {
     let source = source_of(images, normals, Mode::Exact)?;
-    let whole = || contour_part(source, Part::Whole, coordinates, MOST_LAYERS);
-    let plain = whole()?;
+    let plain = contour_part(source, Part::Whole, coordinates, MOST_LAYERS)?;
     let volume_before = plain.volume();
     let lost = lost(&places(&plain.dropped), NEAR, &plain.vertices, &plain.triangles);
     let sub_resolution = SubResolution::of_lost(&plain.dropped, &lost);
     if levels == 0 || lost.is_empty() {
         return Ok(plain.into_surface_that_lacks(sub_resolution));
     }
-    // Two meshes at once would take twice the memory; without blocks, this one is made again.
-    let Contoured { dropped, .. } = plain;
-    let groups = groups(&source, &dropped.pairs, &lost);
-    let mut blocks = refined(&source, &groups, coordinates, levels.min(MOST_LEVELS), &mut sample)?;
+    let groups = groups(&source, &plain.dropped.pairs, &lost);
+    let mut blocks = refined(&source, &groups, coordinates, levels.min(MOST_LEVELS), from)?;
     // A block that crosses the mesh around it is made coarser, and given up in the end.
     for round in 0.. {
         blocks.retain(|levels| !levels.is_empty());
@@ -71,7 +73,7 @@ pub fn contour_refined<E: From<SurfaceError>>(
         if crossed.is_empty() {
             let finest = chosen.iter().map(|one| 1 << one.block.border.scale.levels).max().unwrap_or(0);
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
-            let surface = Surface { blocks, ..joined.into_surface(&dropped) };
+            let surface = Surface { blocks, ..joined.into_surface(&plain.dropped) };
             let SubResolution { walls, gaps, .. } = surface.sub_resolution;
             let is_near = || is_near_volume(images, volume_before, surface.mesh.signed_volume());
             let is_manifold = || ManifoldReport::of(&surface.mesh, coordinates.precision).failures().is_empty();
@@ -87,7 +89,7 @@ pub fn contour_refined<E: From<SurfaceError>>(
             }
         }
     }
-    Ok(whole()?.into_surface_that_lacks(sub_resolution))
+    Ok(plain.into_surface_that_lacks(sub_resolution))
 }
 
 /// Greatest share of the volume by which finer cells may take that of a mesh further from the images' volume.
@@ -145,14 +147,14 @@ fn refined<E: From<SurfaceError>>(
     groups: &[Group],
     coordinates: Coordinates,
     levels: u32,
-    sample: &mut impl FnMut(&FineBox) -> Result<Option<FineImages>, E>,
+    mut from: FineSource<impl FnMut(&FineBox) -> Result<Option<FineImages>, E>>,
 ) -> Result<Vec<Vec<Refined>>, E> {
     // Of the cells of a block, the surface passes a share; on the whole raster about a third as many as rays cross it.
     let crossings: u64 = source.images.iter().map(|image| image.depths().len() as u64).sum();
     let most_cells = FEW_CELLS.max(2 * crossings);
     let most_rays = FEW_RAYS.max(8 * source.images.iter().map(|image| u64::from(image.rays())).sum::<u64>());
     // Sampling looks at each triangle, at a part of the cost of a ray.
-    let rays_of_image = source.normals.map_or(0, |normals| normals.len() as u64 / 4);
+    let rays_of_image = from.triangles as u64 / 4;
     let mut blocks: Vec<Vec<Refined>> = groups.iter().map(|_| Vec::new()).collect();
     let mut open: Vec<usize> = (0..groups.len()).collect();
     for levels in 1..=levels {
@@ -180,17 +182,21 @@ fn refined<E: From<SurfaceError>>(
             rays <= most_rays
         });
         for batch in batches {
-            let Some(FineImages { images, normals }) = sample(&batch.fine(&windows))? else { continue };
+            let Some(FineImages { images, normals }) = (from.sample)(&batch.fine(&windows))? else { continue };
             let normals = normals.as_deref().or(source.normals);
             let refine = |&number: &usize| {
                 let (window, group) = (&windows[number], &groups[of_windows[number]]);
                 let images = batch.of_window(&images, window);
                 let fine = source_of(images.each_ref(), normals, Mode::Exact)?;
-                Ok((of_windows[number], refine(source, group, window.scale, fine, coordinates)?))
+                let one = match agree(source, &fine, window.scale, group) {
+                    true => Some(refine(source, group, window.scale, fine, coordinates)?),
+                    false => None,
+                };
+                Ok((of_windows[number], one))
             };
-            let refined: Vec<(usize, Refined)> =
+            let refined: Vec<(usize, Option<Refined>)> =
                 batch.windows.par_iter().map(refine).collect::<Result<_, SurfaceError>>()?;
-            for (group, one) in refined {
+            for (group, one) in refined.into_iter().filter_map(|(group, one)| Some((group, one?))) {
                 let (lost, before) = (one.lost, blocks[group].last().map_or(groups[group].lost, |last| last.lost));
                 let is_sound = one.mesh.crossing_pairs == 0;
                 if is_sound && lost < before {
@@ -204,6 +210,17 @@ fn refined<E: From<SurfaceError>>(
         }
     }
     Ok(blocks)
+}
+
+/// Returns whether the nodes around a group have the same sides in finer images, which they may not where a solid is ambiguous, as
+/// one whose surface crosses itself is.
+fn agree(source: &Source, fine: &Source, scale: Scale, group: &Group) -> bool {
+    group.cells.iter().chain(&group.beside).all(|cell| {
+        (0..8).all(|corner| {
+            let node = [0, 1, 2].map(|i| cell[i] + (corner >> i & 1));
+            source.is_inside(node) == fine.is_inside(scale.fine(node))
+        })
+    })
 }
 
 /// Contours the finer cells of a group.
@@ -245,14 +262,15 @@ mod tests {
     fn refined(mesh: &ClosedMesh, grid: &Grid, levels: u32) -> Surface {
         let solid = grid.quantise(mesh).unwrap();
         let (coarse, normals) = (surface_images(&solid), solid.normals());
-        contour_refined(coarse.each_ref(), Some(&normals), Coordinates::default(), levels, |fine| {
+        let sample = |fine: &FineBox| {
             let images = Axis::ALL.map(|axis| {
                 let solid = solid.along(axis, fine);
                 CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap().in_box(fine)
             });
             Ok::<_, SurfaceError>(Some(FineImages { images, normals: None }))
-        })
-        .unwrap()
+        };
+        let from = FineSource { sample, triangles: normals.len() };
+        contour_refined(coarse.each_ref(), Some(&normals), Coordinates::default(), levels, from).unwrap()
     }
 
     /// Checks the mesh as any output, and that it has the nodes of the raster. Returns the number of its parts.

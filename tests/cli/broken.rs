@@ -350,3 +350,21 @@ fn errors_name_files_that_cannot_be_read() {
     }
     assert!(!folder.names().contains(&"o.stl".to_owned()));
 }
+
+#[test]
+fn all_inputs_that_cannot_be_used_are_named() {
+    let folder = Folder::with_two_cubes();
+    std::fs::write(folder.path("text.stl"), "no mesh").unwrap();
+    let error = folder.run(&["union", "a.stl", "x.stl", "b.stl", "text.stl", "y.stl"]).code(2).stderr();
+    for (line, name) in
+        error.lines().zip(["3 inputs cannot be used:", "  x.stl: No such file", "  text.stl, byte 0: ", "  y.stl: "])
+    {
+        assert!(line.contains(name), "{error}");
+    }
+    assert_eq!(error.trim_end().lines().count(), 4, "{error}");
+    let many: Vec<String> = (0..30).map(|i| format!("{i}.stl")).collect();
+    let operands: Vec<&str> = many.iter().map(String::as_str).collect();
+    let error = folder.run(&[&["union"][..], &operands].concat()).code(2).stderr();
+    assert!(error.starts_with("ldi-ops: error: 30 inputs") && error.trim_end().ends_with("and 24 more"), "{error}");
+    folder.run(&["union", "a.stl", "x.stl"]).code(2).says(&["error: x.stl: No such file"]);
+}

@@ -3,61 +3,68 @@
 use std::fmt;
 
 use crate::Error;
-use crate::driver::finer::FineSampler;
 use crate::fixed::TriangleHit;
-use crate::grid::{Axis, FineBox, Grid};
+use crate::grid::{Axis, Grid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::ball::{BallMembership, BallPatches, BallProbe};
 use crate::minkowski::{Exterior, Polyhedron, Primitives, RaySpans, SumMembership, images_in_box};
 use crate::sampler::cpu::CpuSampler;
-use crate::surface::FineImages;
+use crate::surface::{FineImages, FineSampler};
 
-/// A step that can be sampled again on finer rays: what its images were made from.
+/// The solids of a step, for its images on finer rays. Trees and patches are made anew where such are needed.
 pub struct FinerSum {
-    pub(super) grid: Grid,
     pub(super) exterior: Exterior,
     pub(super) parts: Parts,
 }
 
-/// What covers the boundary of a sum, and the test of its points.
+/// The solids of a sum on its lattice.
 pub(super) enum Parts {
-    /// Of a sum of two solids.
-    OfPair { primitives: Primitives, membership: SumMembership },
-    /// Of an offset.
+    /// Two solids, and the primitives that cover the boundary of their sum.
+    OfPair { primitives: Primitives, solids: [Polyhedron; 2] },
+    /// A solid that is offset by a radius in lattice steps.
     OfBall {
         solid: Polyhedron,
-        /// The solid with both sides of its facets, if patches cover those.
+        /// The same with both sides of its facets, if its patches are those of both.
         two_sided: Option<Polyhedron>,
         radius: f64,
-        membership: BallMembership,
     },
 }
 
 impl fmt::Debug for FinerSum {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let FinerSum { grid, exterior, .. } = self;
-        f.debug_struct("FinerSum").field("grid", grid).field("exterior", exterior).finish_non_exhaustive()
+        f.debug_struct("FinerSum").field("exterior", &self.exterior).finish_non_exhaustive()
     }
 }
 
 impl FinerSum {
-    /// Returns a sampler of the step's exact images, with the triangles that its coarse images have, or with normals of their own.
-    /// The images are small, and the bits are those of any device. There are none where rays contradict one another.
-    pub fn sampler(&self) -> FineSampler<'_> {
-        let FinerSum { grid, exterior, parts } = self;
-        match parts {
-            Parts::OfPair { primitives, membership } => Box::new(move |fine| {
-                let sampler = CpuSampler::default();
-                let along = |axis| primitives.spans_in_box(grid, fine, axis, *exterior, &sampler);
-                let images = spans(along).and_then(|spans| images_in_box(fine, spans, *exterior, membership));
-                Ok(images.map_err(Error::machine)?.map(|images| FineImages { images, normals: None }))
-            }),
-            Parts::OfBall { solid, two_sided, radius, membership } => {
+    /// Returns the number of primitives or patches, at most.
+    pub fn triangles(&self) -> usize {
+        match &self.parts {
+            Parts::OfPair { primitives, .. } => primitives.triangles.len(),
+            // A triangle, and its share of edges and vertices.
+            Parts::OfBall { solid, .. } => 3 * solid.triangles().len(),
+        }
+    }
+
+    /// Returns a sampler of exact images, with the triangles that those on a grid have, or with normals of their own. The images are
+    /// small, and the bits are those of any device. There are none where rays contradict one another.
+    pub(crate) fn sampler(&self, grid: Grid) -> FineSampler<'_, Error> {
+        let exterior = self.exterior;
+        match &self.parts {
+            Parts::OfPair { primitives, solids: [a, b] } => {
+                let (membership, sampler) = (SumMembership::new(a, exterior, b), CpuSampler::default());
+                Box::new(move |fine| {
+                    let along = |axis| primitives.spans_in_box(&grid, fine, axis, exterior, &sampler);
+                    let images = spans(along).and_then(|spans| images_in_box(fine, spans, exterior, &membership));
+                    Ok(images.map_err(Error::machine)?.map(|images| FineImages { images, normals: None }))
+                })
+            }
+            Parts::OfBall { solid, two_sided, radius } => {
                 let patches = BallPatches::new(two_sided.as_ref().unwrap_or(solid), *radius);
-                let probe = BallProbe::new(membership, solid);
-                Box::new(move |fine: &FineBox| {
-                    let along = |axis| patches.spans_in_box(grid, fine, axis, *exterior);
-                    let images = spans(along).and_then(|spans| images_in_box(fine, spans, *exterior, &probe));
+                let probe = BallProbe::new(BallMembership::between_rays(solid, *radius, exterior), solid);
+                Box::new(move |fine| {
+                    let along = |axis| patches.spans_in_box(&grid, fine, axis, exterior);
+                    let images = spans(along).and_then(|spans| images_in_box(fine, spans, exterior, &probe));
                     let Some(images) = images.map_err(Error::machine)? else { return Ok(None) };
                     let (images, normals) = patches.sample_normals_from(fine.origin(), images).map_err(Error::input)?;
                     Ok(Some(FineImages { images, normals: Some(normals) }))

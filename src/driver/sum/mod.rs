@@ -341,7 +341,7 @@ fn operate(
     let whole = Setting {
         axes: &Axis::ALL,
         mode: Mode::Exact,
-        keep: Keep::Mesh(Finish::full().request(Precision::Double)),
+        keep: Keep::Mesh(Finish::of_operand().request(Precision::Double)),
         ..setting
     };
     let between = whole.make(a, &step, seconds)?;
@@ -352,7 +352,7 @@ fn operate(
         Some(VolumeEstimate::from_axes(&axis_volumes(&between.volume_sums))),
     );
     let imaged = Imaged { images, normals, mode: Mode::Exact, unit: None, volume, memory: job.memory, finer: None };
-    let (mesh, found) = surface::mesh(&imaged, Finish::full(), Precision::Double, progress)?;
+    let (mesh, found) = surface::mesh(&imaged, Finish::of_operand(), Precision::Double, progress)?;
     let mut warnings = surface::warnings(&found, true);
     warnings.extend(surface::far_from_volume(&imaged, &found).map(|Warning { code, message }| {
         Warning::new(code, format!("between the two steps {message}; the result lacks the same details"))

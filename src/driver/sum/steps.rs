@@ -55,8 +55,8 @@ const BYTES_OF_GAP: f64 = 12.0;
 /// Bytes of the ends of a ray along z.
 const BYTES_OF_ENDS: f64 = 6.0;
 
-/// Bytes per triangle of the search for the closest triangle.
-const BYTES_OF_CLOSEST: f64 = 150.0;
+/// Bytes per triangle of the search for the closest triangle, and of winding numbers around points between the rays.
+const BYTES_OF_CLOSEST: f64 = 250.0;
 
 /// Bytes of the normal of a sample, and of its number.
 const BYTES_OF_NORMAL: f64 = 16.0;
@@ -137,7 +137,7 @@ pub struct StepImages {
     pub images: Vec<Ldi>,
     /// The normals of the primitives that the images refer to as triangles.
     pub normals: Vec<[f32; 3]>,
-    /// What the images were made from, if a mesh may need finer ones.
+    /// The solids, if a mesh may need finer images.
     pub finer: Option<Arc<FinerSum>>,
     /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
@@ -251,7 +251,7 @@ impl Setting<'_> {
         let normals = if self.keep.has_triangles() { primitives.normals(&grid) } else { Vec::new() };
         seconds.operate += laps.lap("normals");
         let sampled = primitives.triangles.len() as u64;
-        // Only bounds and the search between the rays need the primitives again.
+        // Only bounds, the search between the rays and finer rays need the primitives again.
         let primitives = if self.is_coarser { Primitives::default() } else { primitives };
         let ResolvedSpans { spans, counts: resolved } =
             self.resolved(seconds, &mut laps, &grid, spans, exterior, &membership)?;
@@ -285,7 +285,8 @@ impl Setting<'_> {
         };
         let mut images = self.images(seconds, &mut laps, grid, &spans, report)?;
         images.normals = normals;
-        images.finer = self.finer(grid, exterior, || Parts::OfPair { primitives, membership });
+        drop(membership);
+        images.finer = self.finer(exterior, || Parts::OfPair { primitives, solids: [a, b] });
         images.bounds = bounds;
         images.report.seconds = laps.seconds;
         Ok(images)
@@ -345,6 +346,7 @@ impl Setting<'_> {
         let tests = Tests::of_ball(&grid);
         let searched = Searched { grid: &grid, spans: &spans, exterior, probe: &probe, tests };
         let between_rays = self.between_rays(seconds, &mut laps, || searched.bounded_by_patches(&patches))?;
+        drop(membership);
         let primitives = (facets + tubes + caps) as u64;
         let report = StepReport {
             operation: "offset",
@@ -373,13 +375,12 @@ impl Setting<'_> {
             images.normals = normals;
             seconds.operate += laps.lap("normals");
         }
-        images.finer = self.finer(grid, exterior, || {
-            let two_sided = match covered {
-                Cow::Owned(two_sided) => Some(two_sided),
-                Cow::Borrowed(_) => None,
-            };
-            Parts::OfBall { solid: solid.clone(), two_sided, radius, membership }
-        });
+        drop(patches);
+        let two_sided = match covered {
+            Cow::Owned(two_sided) => Some(two_sided),
+            Cow::Borrowed(_) => None,
+        };
+        images.finer = self.finer(exterior, || Parts::OfBall { solid, two_sided, radius });
         images.report.seconds = laps.seconds;
         Ok(images)
     }
@@ -500,10 +501,15 @@ impl Setting<'_> {
         Ok(Some(found))
     }
 
-    /// Returns what a mesh may need to be sampled again, if there can be one.
-    fn finer(&self, grid: Grid, exterior: Exterior, parts: impl FnOnce() -> Parts) -> Option<Arc<FinerSum>> {
-        let may_be_refined = self.keep.has_triangles() && self.mode == Mode::Exact && !self.is_coarser;
-        may_be_refined.then(|| Arc::new(FinerSum { grid, exterior, parts: parts() }))
+    /// Returns the solids of the step for finer rays, if it may have a mesh that needs them.
+    fn finer(&self, exterior: Exterior, parts: impl FnOnce() -> Parts) -> Option<Arc<FinerSum>> {
+        let is_wanted = match self.keep {
+            Keep::Mesh(request) => request.is_refined,
+            Keep::ImagesWithTriangles => true,
+            Keep::Sums | Keep::Images => false,
+        };
+        let can_be = self.mode == Mode::Exact && self.axes.len() == Axis::ALL.len() && !self.is_coarser;
+        (is_wanted && can_be).then(|| Arc::new(FinerSum { exterior, parts: parts() }))
     }
 
     /// Makes the requested images from resolved spans.

@@ -8,6 +8,7 @@ use crate::driver::bound::Bound;
 use crate::driver::finer::Finer;
 use crate::driver::job::Finish;
 use crate::driver::memory::{self, Limit};
+use crate::grid::FineBox;
 use crate::integrate::VolumeEstimate;
 use crate::ldi::Ldi;
 use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh};
@@ -16,7 +17,7 @@ use crate::progress::Monitor;
 use crate::sampler::Mode;
 use crate::surface::parts::Parts;
 use crate::surface::simplify::crossing_pairs as crossing_pairs_of;
-use crate::surface::{Coordinates, FinerBlocks, Surface, contour_in, contour_refined};
+use crate::surface::{Coordinates, FineSource, FinerBlocks, Surface, contour_in, contour_refined};
 use crate::{Error, Warning};
 
 /// What a mesh from images lost.
@@ -151,13 +152,15 @@ fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordin
     match imaged.finer.filter(|_| levels > 0 && imaged.mode == Mode::Exact && imaged.normals.is_some()) {
         Some(finer) => {
             let mut sampler = None;
-            contour_refined(images, imaged.normals, coordinates, levels, |fine| {
+            let sample = |fine: &FineBox| {
                 let sampler = match &mut sampler {
                     Some(sampler) => sampler,
                     none => none.insert(finer.sampler(images[0].grid())?),
                 };
                 sampler(fine)
-            })
+            };
+            let from = FineSource { sample, triangles: finer.triangles() };
+            contour_refined(images, imaged.normals, coordinates, levels, from)
         }
         None => Ok(contour_in(images, imaged.normals, imaged.mode, coordinates)?),
     }

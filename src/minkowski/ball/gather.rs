@@ -61,7 +61,9 @@ impl BallPatches<'_> {
         exterior: Exterior,
     ) -> Result<RaySpans<H>, TooManySamples> {
         let (through, _) = self.spans_of_view::<H>(&View::in_box(grid, axis, fine), exterior)?;
-        RaySpans::in_box(fine, axis, exterior, |ray, _| through.of_ray(ray))
+        RaySpans::in_box(fine, axis, exterior, |[column, row]| {
+            through.of_ray(row * fine.grid().image_size(axis).0 + column)
+        })
     }
 
     /// Computes the spans of the rays of a view, and the number of their crossings.

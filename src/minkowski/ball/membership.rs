@@ -21,8 +21,8 @@ pub struct BallMembership {
     pub(super) exterior: Exterior,
     /// `None` where there are no triangles.
     pub(super) surface: Option<ClosestTriangle>,
+    /// Those of the polyhedron, if there are any.
     images: Vec<Ldi>,
-    pixels: Pixels,
 }
 
 impl BallMembership {
@@ -34,21 +34,25 @@ impl BallMembership {
         radius_steps: f64,
         exterior: Exterior,
     ) -> Result<BallMembership, SampleError> {
-        let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
-        let triangles = || solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
-        let surface = || {
-            let triangles: Vec<[DVec3; 3]> = triangles().collect();
-            (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles))
-        };
         let sample = || -> Result<Vec<Ldi>, SampleError> {
             let lattice = LatticeSolid::of_primitives(grid, solid.positions(), solid.triangles());
             let sampler = CpuSampler::default();
             let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, FillRule::NonZero);
             Axis::ALL.into_iter().map(image).collect()
         };
-        let (surface, images) = join(surface, sample);
+        let between_rays = || BallMembership::between_rays(solid, radius_steps, exterior);
+        let (membership, images) = join(between_rays, sample);
+        Ok(BallMembership { images: images?, ..membership })
+    }
+
+    /// Builds the same without images of the polyhedron, for a [`BallProbe`](super::BallProbe) of points that lie on any rays.
+    pub(crate) fn between_rays(solid: &Polyhedron, radius_steps: f64, exterior: Exterior) -> BallMembership {
+        let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
+        let corners = solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
+        let triangles: Vec<[DVec3; 3]> = corners.collect();
+        let surface = (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles));
         let radius = rounded_radius(radius_steps);
-        Ok(BallMembership { radius, exterior, surface, images: images?, pixels: Pixels::new(grid.shift()) })
+        BallMembership { radius, exterior, surface, images: Vec::new() }
     }
 
     /// Returns whether a point is no farther than the radius from a triangle.
@@ -56,11 +60,18 @@ impl BallMembership {
         self.surface.as_ref().is_some_and(|surface| surface.any_within(exact(point), self.radius))
     }
 
+    /// Returns the distance of a point from the nearest triangle.
+    #[cfg(test)]
+    pub(in crate::minkowski) fn distance(&self, point: DVec3) -> f64 {
+        self.surface.as_ref().map_or(f64::INFINITY, |surface| surface.of(point, 0).squared.sqrt())
+    }
+
     /// Returns whether a point is in the polyhedron, without its outer side; `None` for one that lies on no ray.
     pub(super) fn inside_by_rays(&self, point: [i32; 3]) -> Option<bool> {
+        let pixels = Pixels::new(self.images.first()?.grid().shift());
         let ray_of = |coordinate: usize| {
-            let index = self.pixels.index_from(point[coordinate]);
-            (self.pixels.ray(index) == point[coordinate]).then_some(index as u32)
+            let index = pixels.index_from(point[coordinate]);
+            (pixels.ray(index) == point[coordinate]).then_some(index as u32)
         };
         let ray_in = |image: &Ldi| {
             let axis = image.axis();

@@ -1,5 +1,6 @@
 //! Membership of boxes in an offset solid.
 
+use std::borrow::Borrow;
 use std::sync::OnceLock;
 
 use super::exact;
@@ -13,42 +14,43 @@ use crate::minkowski::{Exterior, Membership, Polyhedron};
 const ROUNDED: f64 = 1e-3;
 
 /// The membership test of boxes in a polyhedron dilated by a ball.
-pub struct BallProbe<'s> {
-    membership: &'s BallMembership,
+pub struct BallProbe<'s, M> {
+    membership: M,
     solid: &'s Polyhedron,
     shell: OnceLock<Shell>,
 }
 
-impl<'s> BallProbe<'s> {
+impl<'s, M: Borrow<BallMembership>> BallProbe<'s, M> {
     /// Returns the test for the solid of a membership test.
-    pub fn new(membership: &'s BallMembership, solid: &'s Polyhedron) -> BallProbe<'s> {
+    pub fn new(membership: M, solid: &'s Polyhedron) -> BallProbe<'s, M> {
         BallProbe { membership, solid, shell: OnceLock::new() }
     }
 
     /// Returns whether a point off the surface lies in the polyhedron, without the ball. Rays answer for nodes, the middles of
     /// whole cubes; the hierarchy for other points takes longer to build than most searches.
     fn is_inside(&self, point: [i32; 3]) -> bool {
-        self.membership.inside_by_rays(point).unwrap_or_else(|| {
+        let membership = self.membership.borrow();
+        membership.inside_by_rays(point).unwrap_or_else(|| {
             let shell = self.shell.get_or_init(|| Shell::new(self.solid));
-            shell.winds_around(point) != (self.membership.exterior == Exterior::In)
+            shell.winds_around(point) != (membership.exterior == Exterior::In)
         })
     }
 }
 
-/// Points may also lie between the rays.
-impl Membership for BallProbe<'_> {
+/// Other than a [`BallMembership`], this tests points on any rays.
+impl<M: Borrow<BallMembership> + Sync> Membership for BallProbe<'_, M> {
     type Memory = ();
 
     fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
-        self.membership.is_near(point) || self.is_inside(point)
+        self.membership.borrow().is_near(point) || self.is_inside(point)
     }
 }
 
-impl Probe for BallProbe<'_> {
+impl<M: Borrow<BallMembership> + Sync> Probe for BallProbe<'_, M> {
     type Memory = u32;
 
     fn probe(&self, bounds: &LatticeBox, hint: &mut u32) -> Probed {
-        let BallMembership { radius, surface, .. } = self.membership;
+        let BallMembership { radius, surface, .. } = self.membership.borrow();
         let centre = centre(bounds);
         let Some(surface) = surface else {
             return if self.is_inside(centre) { Probed::Filled } else { Probed::Empty };

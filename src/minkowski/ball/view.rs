@@ -14,8 +14,9 @@ pub struct View {
     /// The columns and the rows of the rays.
     pub columns: Range<i32>,
     pub rows: Range<i32>,
-    /// The nodes along the rays, and the number of lattice steps by which they lie further up than the patches' lattice says.
+    /// The nodes along the rays.
     pub nodes: Pixels,
+    /// The position on the lattice of the nodes of position 0 of the patches' lattice.
     pub nodes_by: i32,
     /// Length of the lattice along the rays, in steps.
     pub length: f64,
@@ -96,7 +97,7 @@ impl View {
         let place =
             |position: f64| ((position - first) * self.per_step).clamp(f64::from(all.start - 1), f64::from(all.end));
         let (low, high) = (place(low), place(high));
-        // Both are above −2, and conversion truncates.
+        // Both are at least −1, and conversion truncates.
         let start = low as i32 + i32::from(f64::from(low as i32) < low);
         let end = (high + 1.0) as i32;
         start.max(all.start)..end.min(all.end)

@@ -8,12 +8,15 @@ use crate::grid::{Axis, FineBox, Grid};
 use crate::ldi::Ldi;
 
 /// The exact images of a solid in a box of finer pixels, with the triangles of their samples.
-pub struct FineImages {
+pub(crate) struct FineImages {
     /// Those along x, y and z, on the grid of the box.
     pub images: [Ldi; 3],
-    /// The normals of their triangles; `None` where those of the coarse images are meant.
+    /// The normals of their triangles; `None` where these are numbered as those of the coarse images.
     pub normals: Option<Vec<[f32; 3]>>,
 }
+
+/// Makes the images of a solid in boxes of finer pixels; `None` where the solid is ambiguous there.
+pub(crate) type FineSampler<'a, E> = Box<dyn FnMut(&FineBox) -> Result<Option<FineImages>, E> + 'a>;
 
 /// The finer images around a group.
 pub struct Window {
@@ -24,7 +27,7 @@ pub struct Window {
 impl Window {
     /// Returns the window of a group at some levels; `None` where no grid is that fine, or the window would be too large.
     pub fn around(group: &Group, grid: &Grid, levels: u32) -> Option<Window> {
-        let fine = grid.refined(levels).ok()?;
+        let fine = FineBox::all(grid, levels).ok()?;
         let half = 1 << (levels - 1);
         // Of the nodes of x and y, as of cells, 1 is the first of the grid.
         let first = half + 1 - (1 << levels);
@@ -37,28 +40,27 @@ impl Window {
                 cell[i] = at;
                 i64::from(whole.fine(cell)[i] - i32::from(i < 2))
             };
-            let last = i64::from(fine.rays()[i]);
+            let last = i64::from(fine.whole().rays()[i]);
             let start = (index(least) - 1).clamp(0, last - 1);
             start as u32..(index(greatest + 1) + 2).clamp(start + 1, last) as u32
         });
         let offset = std::array::from_fn(|i| whole.offset[i] - pixels[i].start as i32);
         let [x, y, z] = pixels.each_ref().map(|range| u64::from(range.end - range.start));
-        let is_small = fits(&pixels, fine.rays()) && x * y * z / 64 <= MOST_WORDS;
-        let fine = FineBox::new(grid, levels, pixels).ok().filter(|_| is_small)?;
-        Some(Window { scale: Scale { levels, offset }, fine })
+        let is_small = fits(&pixels, fine.whole().rays()) && x * y * z / 64 <= MOST_WORDS;
+        is_small.then(|| Window { scale: Scale { levels, offset }, fine: fine.with_pixels(pixels) })
     }
 }
 
 /// A box of pixels.
 type Pixels = [Range<u32>; 3];
 
-/// Most rays of an image along one axis, with the empty rows beside those that are needed.
+/// Most rays of an image along one axis, with the empty rows beside those that are needed, which some samplers have.
 const MOST_RAYS: u64 = 1 << 24;
 
 /// Most words of the nodes of a window.
 const MOST_WORDS: u64 = 1 << 22;
 
-/// Returns whether the images of a box of pixels, which have all rows of the grid, have few enough rays.
+/// Returns whether the images of a box of pixels, with all rows of the grid, have few enough rays.
 fn fits(pixels: &Pixels, all: [u32; 3]) -> bool {
     Axis::ALL.into_iter().all(|axis| pixels[axis.column()].len() as u64 * u64::from(all[axis.row()]) <= MOST_RAYS)
 }

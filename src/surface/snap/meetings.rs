@@ -64,13 +64,18 @@ pub(super) fn least_height(corners: [DVec3; 3]) -> f64 {
     normal.length() / lengths[longest]
 }
 
+/// Returns the tree of the boxes of pieces, enlarged by some distance.
+pub(super) fn tree_of(pieces: &[Piece], positions: &[DVec3], beyond: f64) -> FaceTree {
+    let numbers: Vec<u32> = (0..pieces.len() as u32).collect();
+    FaceTree::of(&numbers, |piece| extent(pieces[piece as usize].corners, positions, beyond))
+}
+
 /// Returns what lies near one another of pairs of pieces of which one is new, in order.
 pub(super) fn meetings(pieces: &[Piece], positions: &[DVec3], distance: f64) -> Vec<Meeting> {
     if pieces.is_empty() {
         return Vec::new();
     }
-    let numbers: Vec<u32> = (0..pieces.len() as u32).collect();
-    let tree = FaceTree::of(&numbers, |piece| extent(pieces[piece as usize].corners, positions, 0.5 * distance));
+    let tree = tree_of(pieces, positions, 0.5 * distance);
     let prepare = |place: usize| Face::of(&pieces[tree.faces()[place] as usize], positions);
     let is_wanted = |place: usize| pieces[tree.faces()[place] as usize].is_new;
     let look = |one: &Face, other: &Face, found: &mut Vec<Meeting>| of_pair(one, other, distance, found);

@@ -17,13 +17,12 @@ use std::collections::HashMap;
 
 use diagonals::{remove_opposites, turn_diagonals};
 use join::join;
-use meetings::{Meeting, least_height, meetings};
-use parted::{Given, Parted, extent};
+use meetings::{Meeting, least_height, meetings, tree_of};
+use parted::{Given, Parted};
 
 use glam::DVec3;
 
 use crate::cancel::checkpoint;
-use crate::face_tree::FaceTree;
 use crate::mesh::meet::{meet_elsewhere, shared_corners, widest_axis};
 use crate::mesh::{Precision, TriangleMesh};
 use crate::parallel::*;
@@ -102,8 +101,7 @@ impl Joined<'_> {
         if pieces.is_empty() {
             return false;
         }
-        let numbers: Vec<u32> = (0..pieces.len() as u32).collect();
-        let tree = FaceTree::of(&numbers, |piece| extent(pieces[piece as usize].corners, &self.positions, 0.0));
+        let tree = tree_of(&pieces, &self.positions, 0.0);
         let piece = |place: usize| &pieces[tree.faces()[place] as usize];
         let is_changed = |place: usize| !self.surface.is_as_given(piece(place));
         let prepare = |place: usize| piece(place).corners.map(|vertex| self.positions[vertex as usize]);
