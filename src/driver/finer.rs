@@ -41,7 +41,7 @@ impl<'a> Finer<'a> {
                     Ok(Some(FineImages { images, normals: None }))
                 }))
             }
-            Finer::Sum(sum) => Ok(sum.sampler(*grid)),
+            Finer::Sum(sum) => sum.sampler(*grid),
         }
     }
 }

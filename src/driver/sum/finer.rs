@@ -48,9 +48,12 @@ impl FinerSum {
 
     /// Returns a sampler of exact images, with the triangles that those on a grid have, or with normals of their own. The images are
     /// small, and the bits are those of any device. There are none where rays contradict one another.
-    pub(crate) fn sampler(&self, grid: Grid) -> FineSampler<'_, Error> {
+    ///
+    /// # Errors
+    /// An image with too many samples.
+    pub(crate) fn sampler(&self, grid: Grid) -> Result<FineSampler<'_, Error>, Error> {
         let exterior = self.exterior;
-        match &self.parts {
+        Ok(match &self.parts {
             Parts::OfPair { primitives, solids: [a, b] } => {
                 let (membership, sampler) = (SumMembership::new(a, exterior, b), CpuSampler::default());
                 Box::new(move |fine| {
@@ -61,7 +64,7 @@ impl FinerSum {
             }
             Parts::OfBall { solid, two_sided, radius } => {
                 let patches = BallPatches::new(two_sided.as_ref().unwrap_or(solid), *radius);
-                let probe = BallProbe::new(BallMembership::between_rays(solid, *radius, exterior), solid);
+                let probe = BallProbe::new(BallMembership::between_rays(&grid, solid, *radius, exterior)?, solid);
                 Box::new(move |fine| {
                     let along = |axis| patches.spans_in_box(&grid, fine, axis, exterior);
                     let images = spans(along).and_then(|spans| images_in_box(fine, spans, exterior, &probe));
@@ -70,7 +73,7 @@ impl FinerSum {
                     Ok(Some(FineImages { images, normals: Some(normals) }))
                 })
             }
-        }
+        })
     }
 }
 

@@ -55,8 +55,8 @@ const BYTES_OF_GAP: f64 = 12.0;
 /// Bytes of the ends of a ray along z.
 const BYTES_OF_ENDS: f64 = 6.0;
 
-/// Bytes per triangle of the search for the closest triangle, and of winding numbers around points between the rays.
-const BYTES_OF_CLOSEST: f64 = 250.0;
+/// Bytes per triangle of the search for the closest triangle.
+const BYTES_OF_CLOSEST: f64 = 150.0;
 
 /// Bytes of the normal of a sample, and of its number.
 const BYTES_OF_NORMAL: f64 = 16.0;

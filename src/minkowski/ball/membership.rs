@@ -21,7 +21,7 @@ pub struct BallMembership {
     pub(super) exterior: Exterior,
     /// `None` where there are no triangles.
     pub(super) surface: Option<ClosestTriangle>,
-    /// Those of the polyhedron, if there are any.
+    /// Those of the polyhedron, along some axes.
     images: Vec<Ldi>,
 }
 
@@ -34,25 +34,39 @@ impl BallMembership {
         radius_steps: f64,
         exterior: Exterior,
     ) -> Result<BallMembership, SampleError> {
+        BallMembership::with_images(&Axis::ALL, grid, solid, (radius_steps, exterior))
+    }
+
+    /// Builds the same for a [`BallProbe`](super::BallProbe) of points that lie on any rays: one image decides about nodes.
+    pub(crate) fn between_rays(
+        grid: &Grid,
+        solid: &Polyhedron,
+        radius_steps: f64,
+        exterior: Exterior,
+    ) -> Result<BallMembership, SampleError> {
+        BallMembership::with_images(&[Axis::Z], grid, solid, (radius_steps, exterior))
+    }
+
+    fn with_images(
+        axes: &[Axis],
+        grid: &Grid,
+        solid: &Polyhedron,
+        (radius_steps, exterior): (f64, Exterior),
+    ) -> Result<BallMembership, SampleError> {
+        let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
+        let triangles = || solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
+        let surface = || {
+            let triangles: Vec<[DVec3; 3]> = triangles().collect();
+            (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles))
+        };
         let sample = || -> Result<Vec<Ldi>, SampleError> {
             let lattice = LatticeSolid::of_primitives(grid, solid.positions(), solid.triangles());
             let sampler = CpuSampler::default();
-            let image = |axis| sampler.sample(&lattice, axis, Mode::Exact, FillRule::NonZero);
-            Axis::ALL.into_iter().map(image).collect()
+            let image = |&axis: &Axis| sampler.sample(&lattice, axis, Mode::Exact, FillRule::NonZero);
+            axes.iter().map(image).collect()
         };
-        let between_rays = || BallMembership::between_rays(solid, radius_steps, exterior);
-        let (membership, images) = join(between_rays, sample);
-        Ok(BallMembership { images: images?, ..membership })
-    }
-
-    /// Builds the same without images of the polyhedron, for a [`BallProbe`](super::BallProbe) of points that lie on any rays.
-    pub(crate) fn between_rays(solid: &Polyhedron, radius_steps: f64, exterior: Exterior) -> BallMembership {
-        let corner = |&vertex: &u32| exact(solid.positions()[vertex as usize]);
-        let corners = solid.triangles().par_iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])));
-        let triangles: Vec<[DVec3; 3]> = corners.collect();
-        let surface = (!triangles.is_empty()).then(|| ClosestTriangle::new(&triangles));
-        let radius = rounded_radius(radius_steps);
-        BallMembership { radius, exterior, surface, images: Vec::new() }
+        let (surface, images) = join(surface, sample);
+        Ok(BallMembership { radius: rounded_radius(radius_steps), exterior, surface, images: images? })
     }
 
     /// Returns whether a point is no farther than the radius from a triangle.
@@ -64,6 +78,18 @@ impl BallMembership {
     #[cfg(test)]
     pub(in crate::minkowski) fn distance(&self, point: DVec3) -> f64 {
         self.surface.as_ref().map_or(f64::INFINITY, |surface| surface.of(point, 0).squared.sqrt())
+    }
+
+    /// Returns whether a point that is farther than the radius from every triangle is in the polyhedron, without its outer side: as the
+    /// node next to it is, if that is nearer than they are. `None` if it is not.
+    pub(super) fn inside_by_node(&self, point: [i32; 3]) -> Option<bool> {
+        let grid = self.images.first()?.grid();
+        let pixels = Pixels::new(grid.shift());
+        let node = [0, 1, 2].map(|i| {
+            let index = (point[i] - pixels.first + (1 << (pixels.shift - 1))) >> pixels.shift;
+            pixels.ray(index.clamp(0, grid.rays()[i] as i32 - 1))
+        });
+        (exact(node).distance(exact(point)) < self.radius).then(|| self.inside_by_rays(node))?
     }
 
     /// Returns whether a point is in the polyhedron, without its outer side; `None` for one that lies on no ray.

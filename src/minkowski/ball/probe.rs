@@ -42,7 +42,8 @@ impl<M: Borrow<BallMembership> + Sync> Membership for BallProbe<'_, M> {
     type Memory = ();
 
     fn contains(&self, point: [i32; 3], (): &mut ()) -> bool {
-        self.membership.borrow().is_near(point) || self.is_inside(point)
+        let membership = self.membership.borrow();
+        membership.is_near(point) || membership.inside_by_node(point).unwrap_or_else(|| self.is_inside(point))
     }
 }
 
