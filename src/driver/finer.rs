@@ -23,7 +23,7 @@ pub enum Finer<'a> {
 
 impl<'a> Finer<'a> {
     /// Returns the number of triangles that the sampler looks at.
-    pub fn triangles(self) -> usize {
+    pub(crate) fn triangles(self) -> usize {
         match self {
             Finer::Measured { solids, .. } => solids.iter().map(|solid| solid.mesh().triangles.len()).sum(),
             Finer::Sum(sum) => sum.triangles(),

@@ -259,16 +259,14 @@ pub fn solids(inputs: &[Input], requirements: InputRequirements) -> Result<(Vec<
     Ok((solids, warnings))
 }
 
-/// Returns the error of inputs that cannot be used: the first, or a list of those that say no more than a message.
+/// Returns the error of inputs that cannot be used: a list of them all, where each has no more than a message, or else the first.
 fn all_of(mut errors: Vec<Error>) -> Error {
     let message = |error: &Error| match error {
-        Error::Input(message) => Some(format!("\n  {message}")),
+        Error::Input(message) => Some(format!("\n  {}", message.replace('\n', "\n    "))),
         _ => None,
     };
-    let messages: Vec<String> = errors.iter().filter_map(message).collect();
-    if messages.len() < 2 {
-        return errors.swap_remove(0);
-    }
+    let messages: Option<Vec<String>> = errors.iter().map(message).collect();
+    let Some(messages) = messages.filter(|messages| messages.len() > 1) else { return errors.swap_remove(0) };
     let more = match messages.len().saturating_sub(LISTED) {
         0 => String::new(),
         more => format!("\n  and {more} more"),
@@ -342,7 +340,7 @@ pub fn convert(
     Ok(Some(own))
 }
 
-/// Most names that a warning lists.
+/// Most names or messages in a list.
 const LISTED: usize = 6;
 
 /// Returns names as text, the first of them where there are many.

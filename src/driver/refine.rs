@@ -40,7 +40,7 @@ impl RefinementEnd {
 /// as a small solid may lie between few of them. Where a round fails by the machine, as for lack of memory, the result of the round
 /// before stands.
 ///
-/// Each result is held while the next is computed, beside which it is about a quarter as large.
+/// Each result is held while the next is computed, beside which it is about a quarter as large, but for the solids of a sum.
 ///
 /// # Errors
 /// Those of the first round, and of later ones all but machine errors.

@@ -12,6 +12,8 @@ mod groups;
 mod joined;
 mod window;
 
+use std::collections::VecDeque;
+
 use glam::DVec3;
 
 use super::border::{Border, Scale, Sides};
@@ -181,8 +183,13 @@ fn refined<E: From<SurfaceError>>(
             rays += batch.rays();
             rays <= most_rays
         });
-        for batch in batches {
-            let Some(FineImages { images, normals }) = (from.sample)(&batch.fine(&windows))? else { continue };
+        let mut batches = VecDeque::from(batches);
+        while let Some(batch) = batches.pop_front() {
+            let Some(FineImages { images, normals }) = (from.sample)(&batch.fine(&windows))? else {
+                // The solid may be ambiguous around one window alone.
+                batches.extend(batch.halves(&windows).into_iter().flatten());
+                continue;
+            };
             let normals = normals.as_deref().or(source.normals);
             let refine = |&number: &usize| {
                 let (window, group) = (&windows[number], &groups[of_windows[number]]);
@@ -249,7 +256,7 @@ mod tests {
     use glam::DAffine3;
 
     use super::*;
-    use crate::grid::{Axis, Grid};
+    use crate::grid::{Axis, Grid, LatticeSolid};
     use crate::ldi::{FillRule, NodePlanes};
     use crate::mesh::{ClosedMesh, Precision, TriangleMesh};
     use crate::sampler::Sampler;
@@ -261,8 +268,21 @@ mod tests {
 
     fn refined(mesh: &ClosedMesh, grid: &Grid, levels: u32) -> Surface {
         let solid = grid.quantise(mesh).unwrap();
-        let (coarse, normals) = (surface_images(&solid), solid.normals());
+        refined_by(&solid, &solid, levels, |_| true)
+    }
+
+    /// Refines a solid by finer images of another one, in boxes in which there are any.
+    fn refined_by(
+        of: &LatticeSolid,
+        solid: &LatticeSolid,
+        levels: u32,
+        mut has_images: impl FnMut(&FineBox) -> bool,
+    ) -> Surface {
+        let (coarse, normals) = (surface_images(of), of.normals());
         let sample = |fine: &FineBox| {
+            if !has_images(fine) {
+                return Ok(None);
+            }
             let images = Axis::ALL.map(|axis| {
                 let solid = solid.along(axis, fine);
                 CpuSampler::default().sample_surface(&solid, axis, FillRule::EvenOdd).unwrap().in_box(fine)
@@ -323,6 +343,30 @@ mod tests {
             let volume = mesh.mesh().signed_volume();
             assert!((surface.mesh.signed_volume() - volume).abs() < 1e-6 * volume);
         }
+    }
+
+    #[test]
+    fn groups_stay_as_they_are_where_finer_images_lack_or_have_other_nodes() {
+        let block = cube(DVec3::ZERO, 1.0);
+        let grid = grid_around(&[&closed(block.clone())], 20, 1024);
+        let place = |at: [f64; 3]| grid.origin() + grid.pitch() * DVec3::from_array(at);
+        let bubble = |at, size: f64| reversed(&cube(place(at), size * grid.pitch()));
+        let [one, two] = [[3.85, 3.35, 3.35], [14.35, 14.35, 14.85]];
+        let mesh = closed(together(&[block.clone(), bubble(one, 0.3), bubble(two, 0.35)]));
+        let solid = grid.quantise(&mesh).unwrap();
+        let plain = refined(&mesh, &grid, 0);
+        // A bubble around some nodes takes the place of the second.
+        let other = closed(together(&[block, bubble(one, 0.3), bubble(two, 1.3)]));
+        let surface = refined_by(&solid, &grid.quantise(&other).unwrap(), 2, |_| true);
+        assert_eq!((surface.blocks.count, surface.sub_resolution.gaps), (1, 1));
+        check(&surface, &mesh, &grid);
+        // Images of both bubbles are missing, those of each by itself only for the second.
+        let has_second = |fine: &FineBox| (0..3).all(|i| fine.pixels()[i].end > 30);
+        let surface = refined_by(&solid, &solid, 1, |fine| !has_second(fine));
+        assert_eq!((surface.blocks.count, surface.sub_resolution.gaps), (1, 1));
+        let surface = refined_by(&solid, &solid, 2, |_| false);
+        assert_eq!((surface.blocks, surface.sub_resolution), (FinerBlocks::default(), plain.sub_resolution));
+        assert_eq!(surface.mesh, plain.mesh);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::testing::images::closed;
 use crate::testing::meshes::cube;
 use crate::testing::random::Congruential;
 
-/// Returns the numbers of walls and gaps that the full mesh with cells halved up to some times lacks, as its report says.
+/// Returns the number of walls and gaps that the full mesh with cells halved up to some times lacks, as its report says.
 fn lost(sampled: &Sampled, levels: u32) -> u64 {
     let file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
     let surface = sampled.surface().unwrap().within(Bound::ZERO).refined(levels);
@@ -76,6 +76,7 @@ fn folded_surfaces_stay_as_they_are_where_finer_rays_disagree() {
             (0..3).for_each(|i| place[i] += 0.12 * (noise.share() - 0.5));
         });
         let sampled = solid(ball).offset(distance).sample(&Settings::rays(60)).unwrap();
+        assert!(lost(&sampled, 0) > 0, "{seed}");
         mesh(&sampled, 3, "a folded ball");
     }
 }

@@ -37,12 +37,12 @@ impl fmt::Debug for FinerSum {
 }
 
 impl FinerSum {
-    /// Returns the number of primitives or patches, at most.
-    pub fn triangles(&self) -> usize {
+    /// Returns the number of primitives, or about that of patches.
+    pub(crate) fn triangles(&self) -> usize {
         match &self.parts {
             Parts::OfPair { primitives, .. } => primitives.triangles.len(),
             // A triangle, and its share of edges and vertices.
-            Parts::OfBall { solid, .. } => 3 * solid.triangles().len(),
+            Parts::OfBall { solid, two_sided, .. } => 3 * two_sided.as_ref().unwrap_or(solid).triangles().len(),
         }
     }
 

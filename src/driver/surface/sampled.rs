@@ -110,8 +110,8 @@ pub fn mesh(
     let size = grid.pitch() * DVec3::from_array(grid.rays().map(f64::from));
     let recentred = finish.recentre.then(|| middle(Aabb { min: grid.origin(), max: grid.origin() + size }));
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
-    // Finer cells are at most as many as the others.
-    let has_room = memory::admit_mesh(2 * samples, grid, !within.is_zero(), limit).is_ok();
+    // Finer cells are at most as many as the others, and the mesh without them is there at the same time.
+    let has_room = memory::admit_mesh(3 * samples, grid, !within.is_zero(), limit).is_ok();
     let levels = if has_room { finish.refine.unwrap_or(Finish::LEVELS) } else { 0 };
     let surface = contour([a, b, c], imaged, levels, coordinates)?;
     let Surface { mesh, sub_resolution, blocks, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;

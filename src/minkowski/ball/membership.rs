@@ -21,7 +21,7 @@ pub struct BallMembership {
     pub(super) exterior: Exterior,
     /// `None` where there are no triangles.
     pub(super) surface: Option<ClosestTriangle>,
-    /// Those of the polyhedron, along some axes.
+    /// The exact images of the polyhedron, along x, y and z or along z alone.
     images: Vec<Ldi>,
 }
 
@@ -37,7 +37,8 @@ impl BallMembership {
         BallMembership::with_images(&Axis::ALL, grid, solid, (radius_steps, exterior))
     }
 
-    /// Builds the same for a [`BallProbe`](super::BallProbe) of points that lie on any rays: one image decides about nodes.
+    /// Builds the same with an image along z alone, which decides about nodes. Only a [`BallProbe`](super::BallProbe) of it tests points
+    /// that lie on any rays.
     pub(crate) fn between_rays(
         grid: &Grid,
         solid: &Polyhedron,
@@ -81,7 +82,7 @@ impl BallMembership {
     }
 
     /// Returns whether a point that is farther than the radius from every triangle is in the polyhedron, without its outer side: as the
-    /// node next to it is, if that is nearer than they are. `None` if it is not.
+    /// node next to it is, if that is nearer than the radius, by a step for rounding. `None` if it is not.
     pub(super) fn inside_by_node(&self, point: [i32; 3]) -> Option<bool> {
         let grid = self.images.first()?.grid();
         let pixels = Pixels::new(grid.shift());
@@ -89,7 +90,7 @@ impl BallMembership {
             let index = (point[i] - pixels.first + (1 << (pixels.shift - 1))) >> pixels.shift;
             pixels.ray(index.clamp(0, grid.rays()[i] as i32 - 1))
         });
-        (exact(node).distance(exact(point)) < self.radius).then(|| self.inside_by_rays(node))?
+        (exact(node).distance(exact(point)) < self.radius - 1.0).then(|| self.inside_by_rays(node))?
     }
 
     /// Returns whether a point is in the polyhedron, without its outer side; `None` for one that lies on no ray.

@@ -16,7 +16,7 @@ pub struct View {
     pub rows: Range<i32>,
     /// The nodes along the rays.
     pub nodes: Pixels,
-    /// The position on the lattice of the nodes of position 0 of the patches' lattice.
+    /// What is added to a depth for the lattice of the nodes.
     pub nodes_by: i32,
     /// Length of the lattice along the rays, in steps.
     pub length: f64,

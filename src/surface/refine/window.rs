@@ -82,6 +82,13 @@ impl Batch {
         batches
     }
 
+    /// Returns two batches of half of the windows each; none of a single window.
+    pub fn halves(&self, windows: &[Window]) -> Option<[Batch; 2]> {
+        let (some, others) = self.windows.split_at(self.windows.len() / 2);
+        let batch = |some: &[usize]| Batch { windows: some.to_vec(), pixels: hull(windows, some) };
+        (!some.is_empty()).then(|| [batch(some), batch(others)])
+    }
+
     /// Returns the number of its rays along all axes.
     pub fn rays(&self) -> u64 {
         rays(&self.pixels).iter().sum()
@@ -108,15 +115,17 @@ fn rays([x, y, z]: &Pixels) -> [u64; 3] {
     [y * z, z * x, x * y]
 }
 
+/// Returns the box around some windows.
+fn hull(windows: &[Window], some: &[usize]) -> Pixels {
+    std::array::from_fn(|i| {
+        let ranges = || some.iter().map(|&window| &windows[window].fine.pixels()[i]);
+        ranges().map(|range| range.start).min().unwrap_or(0)..ranges().map(|range| range.end).max().unwrap_or(0)
+    })
+}
+
 /// Divides windows in two where that takes less time than their images together, and so on. Returns the cost.
 fn share_out(windows: &[Window], mut some: Vec<usize>, rays_of_image: u64, batches: &mut Vec<Batch>) -> u64 {
-    let hull = |some: &[usize]| -> Pixels {
-        std::array::from_fn(|i| {
-            let ranges = || some.iter().map(|&window| &windows[window].fine.pixels()[i]);
-            ranges().map(|range| range.start).min().unwrap_or(0)..ranges().map(|range| range.end).max().unwrap_or(0)
-        })
-    };
-    let pixels = hull(&some);
+    let pixels = hull(windows, &some);
     let rays = rays(&pixels);
     let together = rays.iter().sum::<u64>() + 3 * rays_of_image;
     let first = batches.len();
