@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
@@ -75,7 +74,7 @@ pub struct Measured {
     /// The normals of the triangles that the images refer to.
     pub normals: Vec<[f32; 3]>,
     /// The solids of a sum, if a mesh of the images may need finer ones.
-    pub finer: Option<Arc<FinerSum>>,
+    pub finer: Option<FinerSum>,
     /// The exact mesh, if it is kept; then the images are not.
     pub exact_mesh: Option<Exact>,
     /// The output file.
@@ -304,7 +303,7 @@ impl Measured {
         let (images, normals, volume) = (&self.images[..], Some(&self.normals[..]), self.volume.rays);
         let finer = match (&self.measurement, &self.finer) {
             (Some(measurement), _) => Some(Finer::Measured { measurement, solids: &self.solids, fill: self.fill }),
-            (None, finer) => finer.as_deref().map(Finer::Sum),
+            (None, finer) => finer.as_ref().map(Finer::Sum),
         };
         Imaged { images, normals, mode: self.mode, unit: self.unit, volume, memory: self.memory, finer }
     }

@@ -44,8 +44,6 @@ pub(crate) struct FineBox {
     grid: Grid,
     /// The pixels along x, y and z, numbered on the finer raster.
     pixels: [Range<u32>; 3],
-    /// The lattice position of the finer raster that is position 0 of the coarse grid, along each axis.
-    refined_by: i32,
 }
 
 impl FineBox {
@@ -55,16 +53,16 @@ impl FineBox {
     /// Those of [`Grid::refined`].
     pub fn all(coarse: &Grid, levels: u32) -> Result<FineBox, GridError> {
         let whole = coarse.refined(levels)?;
-        Ok(FineBox { whole, grid: whole, pixels: whole.rays.map(|n| 0..n), refined_by: coarse.refined_by(levels) })
+        Ok(FineBox { whole, grid: whole, pixels: whole.rays.map(|n| 0..n) })
     }
 
     /// Returns the box of some pixels of the same finer raster.
     pub fn with_pixels(&self, pixels: [Range<u32>; 3]) -> FineBox {
-        let whole = self.whole;
+        let FineBox { whole, .. } = *self;
         let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
         let rays = pixels.each_ref().map(|range| range.end - range.start);
         let grid = Grid { origin: whole.origin + whole.pitch * starts, rays, ..whole };
-        FineBox { grid, pixels, ..*self }
+        FineBox { whole, grid, pixels }
     }
 
     /// Returns the grid of the pixels in the box, on which its images lie.
@@ -84,12 +82,12 @@ impl FineBox {
 
     /// Returns the lattice position on the finer raster of the coarse grid's position 0, along each axis.
     pub fn refined_by(&self) -> i32 {
-        self.refined_by
+        1 << (self.whole.shift - 1)
     }
 
     /// Returns the lattice position of the coarse grid that is position 0 of the box.
     pub fn origin(&self) -> [i32; 3] {
-        self.pixels.each_ref().map(|range| (range.start << self.whole.shift) as i32 - self.refined_by)
+        self.pixels.each_ref().map(|range| (range.start << self.whole.shift) as i32 - self.refined_by())
     }
 
     /// Returns the lattice positions of the finer raster between which the box lies along an axis.
@@ -104,7 +102,7 @@ impl LatticeSolid<'_> {
     /// beyond it stay empty. The rays run through all of the solid, of which nothing is rounded again.
     pub(crate) fn along(&self, axis: Axis, fine: &FineBox) -> LatticeSolid<'_> {
         let (across, columns) = (axis.column(), &fine.pixels[axis.column()]);
-        let mut by = [fine.refined_by; 3];
+        let mut by = [fine.refined_by(); 3];
         by[across] -= (columns.start << fine.whole.shift) as i32;
         let mut grid = fine.whole;
         grid.rays[across] = columns.end - columns.start;

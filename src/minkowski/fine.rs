@@ -7,14 +7,14 @@
 
 use crate::parallel::*;
 
-use super::{Exterior, Membership, Primitives, RaySpans, ResolveError, resolve};
+use super::{Exterior, Membership, RaySpans, ResolveError, resolve};
 use crate::cancel::checkpoint;
 use crate::fixed::{Crossing, Hit, Pixels, TriangleHit};
-use crate::grid::{Axis, FineBox, Grid, LatticeSolid};
+use crate::grid::{Axis, FineBox, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples};
 use crate::sampler::Mode;
 use crate::sampler::cpu::CpuSampler;
-use crate::sampler::lists::{ListSampler, RayLists};
+use crate::sampler::lists::{BandLists, ListSampler, RayLists};
 
 /// The part of a ray in a box: positions on its lattice, and the nodes between them.
 struct Segment {
@@ -51,7 +51,7 @@ impl Segment {
     }
 }
 
-impl<H: Hit> RaySpans<H> {
+impl<H: Hit + Sync> RaySpans<H> {
     /// Returns the spans of the rays of a box of finer pixels, as far as they lie in it. `through` gives the hits of a ray by its column
     /// and row in the box, at depths on the finer raster.
     pub(super) fn in_box<'h>(
@@ -71,41 +71,27 @@ impl<H: Hit> RaySpans<H> {
             let (mut ends, mut hits) = (Vec::with_capacity(columns as usize), Vec::new());
             for column in 0..columns {
                 segment.append(exterior, through([column, row]), cut, &mut hits);
-                ends.push(hits.len());
+                ends.push(hits.len() as u32);
             }
-            (ends, hits)
+            BandLists { ends, hits, crossings: 0 }
         };
-        let of_rows: Vec<(Vec<usize>, Vec<H>)> =
-            (0..rows).into_par_iter().with_min_len(4).map_init(Vec::new, of_row).collect();
-        let (mut offsets, mut hits) = (vec![0], Vec::new());
-        for (ends, of_row) in of_rows {
-            let before = hits.len();
-            hits.extend_from_slice(&of_row);
-            u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
-            offsets.extend(ends.iter().map(|end| (before + end) as u32));
-        }
+        let of_rows = (0..rows).into_par_iter().with_min_len(4).map_init(Vec::new, of_row).collect();
+        let RayLists { offsets, hits, .. } = RayLists::of_bands(axis, of_rows)?;
         Ok(RaySpans { axis, offsets, hits })
     }
-}
 
-impl Primitives {
-    /// Computes the spans along an axis in a box of finer pixels of the grid.
-    pub(crate) fn spans_in_box<H: Hit + Sync>(
-        &self,
-        grid: &Grid,
+    /// Computes the spans of primitives along an axis in a box of finer pixels of their grid.
+    pub(crate) fn of_primitives_in_box(
+        primitives: &LatticeSolid,
         fine: &FineBox,
         axis: Axis,
         exterior: Exterior,
-        sampler: &CpuSampler,
     ) -> Result<RaySpans<H>, TooManySamples> {
-        let triangles = LatticeSolid::of_primitives(grid, &self.positions, &self.triangles);
-        let triangles = triangles.along(axis, fine);
-        let through: RayLists<H> = sampler.crossings(&triangles, axis, exterior.keep())?;
-        let (columns, first) = (triangles.grid().image_size(axis).0, fine.pixels()[axis.row()].start);
-        RaySpans::in_box(fine, axis, exterior, |[column, row]| {
-            let ray = ((first + row) * columns + column) as usize;
-            &through.hits[through.offsets[ray] as usize..through.offsets[ray + 1] as usize]
-        })
+        let primitives = primitives.along(axis, fine);
+        let lists = CpuSampler::default().crossings(&primitives, axis, exterior.keep())?;
+        let through = RaySpans { axis, offsets: lists.offsets, hits: lists.hits };
+        let (columns, first) = (primitives.grid().image_size(axis).0, fine.pixels()[axis.row()].start);
+        RaySpans::in_box(fine, axis, exterior, |[column, row]| through.of_ray((first + row) * columns + column))
     }
 }
 
@@ -150,10 +136,10 @@ mod tests {
     use glam::{DAffine3, DVec3};
 
     use super::*;
-    use crate::grid::{SumGrid, offset_grid};
+    use crate::grid::{Grid, SumGrid, offset_grid};
     use crate::mesh::ClosedMesh;
     use crate::minkowski::ball::{BallMembership, BallPatches, BallProbe};
-    use crate::minkowski::{Polyhedron, SumMembership, cull};
+    use crate::minkowski::{Polyhedron, Primitives, SumMembership, cull};
     use crate::solids;
     use crate::testing::images::closed;
     use crate::testing::random::Random;
@@ -256,6 +242,7 @@ mod tests {
             let membership = SumMembership::new(&one, exterior, &other);
             let along = |axis| primitives.spans(&grid, axis, exterior, &sampler).unwrap().0;
             let coarse = resolved(&grid, Axis::ALL.map(along), exterior, &membership);
+            let lattice = LatticeSolid::of_primitives(&grid, &primitives.positions, &primitives.triangles);
             for levels in 1..=3 {
                 let (fine, by) = (grid.refined(levels).unwrap(), grid.refined_by(levels));
                 let moved = Primitives {
@@ -267,7 +254,7 @@ mod tests {
                 let whole = resolved(&fine, Axis::ALL.map(along), exterior, &membership_there);
                 for pixels in boxes(&fine, &mut random) {
                     let fine = FineBox::all(&grid, levels).unwrap().with_pixels(pixels);
-                    let along = |axis| primitives.spans_in_box(&grid, &fine, axis, exterior, &sampler).unwrap();
+                    let along = |axis| RaySpans::of_primitives_in_box(&lattice, &fine, axis, exterior).unwrap();
                     let in_box = images_in_box(&fine, Axis::ALL.map(along), exterior, &membership).unwrap().unwrap();
                     let compared = compare(&fine, levels, &in_box, (&coarse, &whole), are_same);
                     (0..2).for_each(|i| counts[i] += compared[i]);

@@ -8,6 +8,7 @@
 
 use crate::fixed::{Hit, Pixels};
 use crate::grid::{Axis, LatticeSolid};
+use crate::ldi::TooManySamples;
 
 use super::SampleError;
 
@@ -20,6 +21,38 @@ pub struct RayLists<H> {
     pub hits: Vec<H>,
     /// Number of crossings before the reduction.
     pub crossings: u64,
+}
+
+/// The crossings of some consecutive rays.
+#[derive(Default)]
+pub(crate) struct BandLists<H> {
+    /// The end of the hits of each ray.
+    pub ends: Vec<u32>,
+    /// The kept crossings.
+    pub hits: Vec<H>,
+    /// Number of crossings before the reduction.
+    pub crossings: u64,
+}
+
+impl<H: Copy> RayLists<H> {
+    /// Joins the bands of an image along an axis, in order.
+    pub(crate) fn of_bands(axis: Axis, bands: Vec<BandLists<H>>) -> Result<RayLists<H>, TooManySamples> {
+        let total: usize = bands.iter().map(|band| band.hits.len()).sum();
+        if total > u32::MAX as usize {
+            return Err(TooManySamples { axis });
+        }
+        let rays: usize = bands.iter().map(|band| band.ends.len()).sum();
+        let (offsets, hits) = (Vec::with_capacity(rays + 1), Vec::with_capacity(total));
+        let mut lists = RayLists { offsets, hits, crossings: 0 };
+        lists.offsets.push(0);
+        for band in bands {
+            let before = lists.hits.len() as u32;
+            lists.offsets.extend(band.ends.iter().map(|end| before + end));
+            lists.hits.extend_from_slice(&band.hits);
+            lists.crossings += band.crossings;
+        }
+        Ok(lists)
+    }
 }
 
 /// The rule for which crossings of a ray are kept.

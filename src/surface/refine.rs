@@ -53,7 +53,6 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
 ) -> Result<Surface, E> {
     let source = source_of(images, normals, Mode::Exact)?;
     let plain = contour_part(source, Part::Whole, coordinates, MOST_LAYERS)?;
-    let volume_before = plain.volume();
     let lost = lost(&places(&plain.dropped), NEAR, &plain.vertices, &plain.triangles);
     let sub_resolution = SubResolution::of_lost(&plain.dropped, &lost);
     if levels == 0 || lost.is_empty() {
@@ -77,7 +76,7 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
             let surface = Surface { blocks, ..joined.into_surface(&plain.dropped) };
             let SubResolution { walls, gaps, .. } = surface.sub_resolution;
-            let is_near = || is_near_volume(images, volume_before, surface.mesh.signed_volume());
+            let is_near = || is_near_volume(images, plain.volume(), surface.mesh.signed_volume());
             let is_manifold = || ManifoldReport::of(&surface.mesh, coordinates.precision).failures().is_empty();
             if walls + gaps < lost.len() as u64 && is_near() && is_manifold() {
                 return Ok(surface);
@@ -322,12 +321,22 @@ mod tests {
         together(&(0..count).map(|_| one()).collect::<Vec<_>>())
     }
 
-    #[test]
-    fn specks_and_bubbles_between_nodes_are_there() {
+    /// Returns a cube, and a grid around it.
+    fn block_on_20_rays() -> (TriangleMesh, Grid) {
         let block = cube(DVec3::ZERO, 1.0);
         let grid = grid_around(&[&closed(block.clone())], 20, 1024);
-        let place = |at: [f64; 3]| grid.origin() + grid.pitch() * DVec3::from_array(at);
-        let bubble = |at, size: f64| reversed(&cube(place(at), size * grid.pitch()));
+        (block, grid)
+    }
+
+    /// Returns a cavity from a place on, cubic and of a size, in pitches.
+    fn bubble(grid: &Grid, at: [f64; 3], size: f64) -> TriangleMesh {
+        reversed(&cube(grid.origin() + grid.pitch() * DVec3::from_array(at), size * grid.pitch()))
+    }
+
+    #[test]
+    fn specks_and_bubbles_between_nodes_are_there() {
+        let (block, grid) = block_on_20_rays();
+        let bubble = |at, size| bubble(&grid, at, size);
         // Around the middle of an edge along x, and of one along z.
         let mesh = closed(together(&[block, bubble([8.85, 10.35, 10.35], 0.3), bubble([4.35, 4.35, 5.8], 0.35)]));
         let lost = |gaps| SubResolution { gaps, ..SubResolution::default() };
@@ -347,10 +356,8 @@ mod tests {
 
     #[test]
     fn groups_stay_as_they_are_where_finer_images_lack_or_have_other_nodes() {
-        let block = cube(DVec3::ZERO, 1.0);
-        let grid = grid_around(&[&closed(block.clone())], 20, 1024);
-        let place = |at: [f64; 3]| grid.origin() + grid.pitch() * DVec3::from_array(at);
-        let bubble = |at, size: f64| reversed(&cube(place(at), size * grid.pitch()));
+        let (block, grid) = block_on_20_rays();
+        let bubble = |at, size| bubble(&grid, at, size);
         let [one, two] = [[3.85, 3.35, 3.35], [14.35, 14.35, 14.85]];
         let mesh = closed(together(&[block.clone(), bubble(one, 0.3), bubble(two, 0.35)]));
         let solid = grid.quantise(&mesh).unwrap();

@@ -1,23 +1,22 @@
 //! Images of the last step of a sum on finer rays, for the parts of its mesh that need them.
 
-use std::fmt;
-
 use crate::Error;
 use crate::fixed::TriangleHit;
-use crate::grid::{Axis, Grid};
+use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::ball::{BallMembership, BallPatches, BallProbe};
 use crate::minkowski::{Exterior, Polyhedron, Primitives, RaySpans, SumMembership, images_in_box};
-use crate::sampler::cpu::CpuSampler;
 use crate::surface::{FineImages, FineSampler};
 
 /// The solids of a step, for its images on finer rays. Trees and patches are made anew where such are needed.
+#[derive(Clone, Debug)]
 pub struct FinerSum {
     pub(super) exterior: Exterior,
     pub(super) parts: Parts,
 }
 
 /// The solids of a sum on its lattice.
+#[derive(Clone, Debug)]
 pub(super) enum Parts {
     /// Two solids, and the primitives that cover the boundary of their sum.
     OfPair { primitives: Primitives, solids: [Polyhedron; 2] },
@@ -28,12 +27,6 @@ pub(super) enum Parts {
         two_sided: Option<Polyhedron>,
         radius: f64,
     },
-}
-
-impl fmt::Debug for FinerSum {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.debug_struct("FinerSum").field("exterior", &self.exterior).finish_non_exhaustive()
-    }
 }
 
 impl FinerSum {
@@ -55,9 +48,10 @@ impl FinerSum {
         let exterior = self.exterior;
         Ok(match &self.parts {
             Parts::OfPair { primitives, solids: [a, b] } => {
-                let (membership, sampler) = (SumMembership::new(a, exterior, b), CpuSampler::default());
+                let membership = SumMembership::new(a, exterior, b);
+                let primitives = LatticeSolid::of_primitives(&grid, &primitives.positions, &primitives.triangles);
                 Box::new(move |fine| {
-                    let along = |axis| primitives.spans_in_box(&grid, fine, axis, exterior, &sampler);
+                    let along = |axis| RaySpans::of_primitives_in_box(&primitives, fine, axis, exterior);
                     let images = spans(along).and_then(|spans| images_in_box(fine, spans, exterior, &membership));
                     Ok(images.map_err(Error::machine)?.map(|images| FineImages { images, normals: None }))
                 })

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
-use std::sync::Arc;
 use std::time::Instant;
 
 use super::backend::SumBackend;
@@ -138,7 +137,7 @@ pub struct StepImages {
     /// The normals of the primitives that the images refer to as triangles.
     pub normals: Vec<[f32; 3]>,
     /// The solids, if a mesh may need finer images.
-    pub finer: Option<Arc<FinerSum>>,
+    pub finer: Option<FinerSum>,
     /// The volume that an over- or under-estimate adds or omits, in cubic world units: the mean over the axes.
     pub bias: f64,
     /// Certified bounds of the volume, if they are needed.
@@ -502,14 +501,14 @@ impl Setting<'_> {
     }
 
     /// Returns the solids of the step for finer rays, if it may have a mesh that needs them.
-    fn finer(&self, exterior: Exterior, parts: impl FnOnce() -> Parts) -> Option<Arc<FinerSum>> {
+    fn finer(&self, exterior: Exterior, parts: impl FnOnce() -> Parts) -> Option<FinerSum> {
         let is_wanted = match self.keep {
             Keep::Mesh(request) => request.is_refined,
             Keep::ImagesWithTriangles => true,
             Keep::Sums | Keep::Images => false,
         };
         let can_be = self.mode == Mode::Exact && self.axes.len() == Axis::ALL.len() && !self.is_coarser;
-        (is_wanted && can_be).then(|| Arc::new(FinerSum { exterior, parts: parts() }))
+        (is_wanted && can_be).then(|| FinerSum { exterior, parts: parts() })
     }
 
     /// Makes the requested images from resolved spans.

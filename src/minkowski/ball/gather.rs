@@ -12,6 +12,7 @@ use crate::grid::{Axis, FineBox, Grid};
 use crate::ldi::TooManySamples;
 use crate::minkowski::{Exterior, RaySpans};
 use crate::sampler::cpu::{BandCrossings, Sorted, sort};
+use crate::sampler::lists::{BandLists, RayLists};
 use glam::DVec3;
 
 /// Rows of a band: its crossings stay in the second-level cache, and few patches extend over many bands.
@@ -19,13 +20,6 @@ const BAND_ROWS: u32 = 16;
 
 /// Patches that are sorted together.
 const CHUNK: usize = 1 << 13;
-
-/// The spans of a band's rays.
-struct BandSpans<H> {
-    ends: Vec<u32>,
-    hits: Vec<H>,
-    crossings: u64,
-}
 
 impl BallPatches<'_> {
     /// Computes the spans of all rays along an axis of a grid that the polyhedron lies on; each hit has the number of its
@@ -96,25 +90,18 @@ impl BallPatches<'_> {
                 });
             }
             crossings.sort_by_ray();
-            let mut spans = BandSpans { ends: Vec::new(), hits: Vec::new(), crossings: crossings.count() as u64 };
+            let mut lists = BandLists { ends: Vec::new(), hits: Vec::new(), crossings: crossings.count() as u64 };
             for ray in 0..rows.len() as u32 * columns {
                 let hits = crossings.on_ray(ray);
                 sort(hits);
-                exterior.keep_gaps(pixels, hits, &mut spans.hits);
-                spans.ends.push(spans.hits.len() as u32);
+                exterior.keep_gaps(pixels, hits, &mut lists.hits);
+                lists.ends.push(lists.hits.len() as u32);
             }
-            spans
+            lists
         };
-        let bands: Vec<BandSpans<H>> =
+        let bands: Vec<BandLists<H>> =
             (0..bands).into_par_iter().map_init(BandCrossings::<H>::default, of_band).collect();
-        let crossings = bands.iter().map(|band| band.crossings).sum();
-        let (mut offsets, mut hits) = (vec![0], Vec::new());
-        for band in bands {
-            let first = u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
-            offsets.extend(band.ends.iter().map(|end| first.saturating_add(*end)));
-            hits.extend_from_slice(&band.hits);
-        }
-        u32::try_from(hits.len()).map_err(|_| TooManySamples { axis })?;
+        let RayLists { offsets, hits, crossings } = RayLists::of_bands(axis, bands)?;
         Ok((RaySpans { axis, offsets, hits }, crossings))
     }
 

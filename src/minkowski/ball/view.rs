@@ -29,35 +29,20 @@ impl View {
     /// Returns all rays of a grid.
     pub fn new(grid: &Grid, axis: Axis) -> View {
         let (columns, rows) = grid.image_size(axis);
-        let nodes = Pixels::new(grid.shift());
-        View {
-            axis,
-            columns: 0..columns as i32,
-            rows: 0..rows as i32,
-            nodes,
-            nodes_by: 0,
-            length: f64::from(grid.length(axis.depth())),
-            first: nodes.first,
-            per_step: 1.0 / f64::from(1u32 << grid.shift()),
-        }
+        View::of(grid, axis, [0..columns, 0..rows], (Pixels::new(grid.shift()), 0))
     }
 
     /// Returns the rays through a box of finer pixels of a grid, numbered on the finer raster.
     pub fn in_box(grid: &Grid, axis: Axis, fine: &FineBox) -> View {
-        let [columns, rows] = [axis.column(), axis.row()].map(|i| {
-            let Range { start, end } = fine.pixels()[i];
-            start as i32..end as i32
-        });
-        let nodes = Pixels::new(fine.grid().shift());
-        View {
-            columns,
-            rows,
-            nodes,
-            nodes_by: fine.refined_by(),
-            first: nodes.first - fine.refined_by(),
-            per_step: 1.0 / f64::from(1u32 << fine.grid().shift()),
-            ..View::new(grid, axis)
-        }
+        let through = [axis.column(), axis.row()].map(|i| fine.pixels()[i].clone());
+        View::of(grid, axis, through, (Pixels::new(fine.grid().shift()), fine.refined_by()))
+    }
+
+    fn of(grid: &Grid, axis: Axis, through: [Range<u32>; 2], (nodes, nodes_by): (Pixels, i32)) -> View {
+        let [columns, rows] = through.map(|range| range.start as i32..range.end as i32);
+        let length = f64::from(grid.length(axis.depth()));
+        let (first, per_step) = (nodes.first - nodes_by, 1.0 / f64::from(1u32 << nodes.shift));
+        View { axis, columns, rows, nodes, nodes_by, length, first, per_step }
     }
 
     /// Converts a lattice position.

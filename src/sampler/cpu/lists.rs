@@ -14,16 +14,8 @@ use crate::fixed::{Crossing, Hit, Pixels};
 use crate::grid::{Axis, Grid, LatticeSolid};
 use crate::ldi::{Ldi, TooManySamples, Windings, image_from_bands};
 use crate::sampler::layout::Voxels;
-use crate::sampler::lists::{Keep, ListSampler, RayLists};
+use crate::sampler::lists::{BandLists, Keep, ListSampler, RayLists};
 use crate::sampler::{FillRule, Mode};
-
-/// The lists of a band of rows.
-#[derive(Default)]
-struct BandLists<H> {
-    ends: Vec<u32>,
-    hits: Vec<H>,
-    crossings: u64,
-}
 
 impl CpuSampler {
     /// Returns the sorted crossings of each ray with `triangles`, as far as `keep` appends them.
@@ -55,23 +47,7 @@ impl CpuSampler {
                 kept
             }));
         }
-        let total: usize = bands.iter().map(|band| band.hits.len()).sum();
-        if total > u32::MAX as usize {
-            return Err(TooManySamples { axis });
-        }
-        let mut lists = RayLists {
-            offsets: Vec::with_capacity(columns as usize * rows as usize + 1),
-            hits: Vec::with_capacity(total),
-            crossings: 0,
-        };
-        lists.offsets.push(0);
-        for band in bands {
-            let before = lists.hits.len() as u32;
-            lists.offsets.extend(band.ends.iter().map(|end| before + end));
-            lists.hits.extend_from_slice(&band.hits);
-            lists.crossings += band.crossings;
-        }
-        Ok(lists)
+        RayLists::of_bands(axis, bands)
     }
 
     /// Returns the image of a solid whose crossings with each ray are `hits_of_ray`, ascending, alternately entering
