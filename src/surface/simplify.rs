@@ -69,7 +69,7 @@ const FLAT: f64 = 1.0 / 256.0;
 /// One in this number of pairs of triangles is looked at to see whether a mesh is flat in parts, and one in that number of those must
 /// be flat.
 const PAIRS: usize = 8;
-const FLAT_PAIRS: usize = 4;
+const FLAT_PAIRS: usize = 2;
 
 /// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
 const LARGE: f64 = 4.0;

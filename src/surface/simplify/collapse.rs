@@ -19,6 +19,7 @@ use std::cell::LazyCell;
 use std::ops::Deref;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::face::Face;
 use super::fan::Fan;
@@ -80,8 +81,8 @@ pub(super) struct Collapser<'a> {
     errors: Vec<f64>,
     /// The largest distance measured.
     distance: f64,
-    /// The triangles around each vertex.
-    around: Vec<Vec<u32>>,
+    /// The triangles around each vertex, seldom more than eight.
+    around: Vec<SmallVec<[u32; 8]>>,
     quadrics: Vec<Quadric>,
     samples: Samples<'a>,
     scratch: Scratch,
@@ -142,7 +143,7 @@ impl<'a> Collapser<'a> {
         (samples, homes): (&'a [DVec3], &[u32]),
         [bound, flat]: [f64; 2],
     ) -> Collapser<'a> {
-        let mut around = vec![Vec::new(); points.len()];
+        let mut around = vec![SmallVec::new(); points.len()];
         let mut quadrics = vec![Quadric::default(); points.len()];
         for (number, triangle) in (0..).zip(&triangles) {
             let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
@@ -353,7 +354,7 @@ impl<'a> Collapser<'a> {
         for number in std::mem::take(&mut self.around[from as usize]) {
             let [b, c] = self.opposite(number, from);
             if b == into || c == into {
-                [b, c].into_iter().for_each(|v| self.around[v as usize].retain(|&other| other != number));
+                [b, c].into_iter().for_each(|v| self.around[v as usize].retain(|other| *other != number));
                 self.triangles[number as usize] = [NONE; 3];
                 // Its samples go to a new triangle at the side that is left of it.
                 let other = if b == into { c } else { b };

@@ -64,7 +64,7 @@ impl Collapser<'_> {
     /// Returns whether the samples of the old triangles are near the new ones, and assigns them to these.
     pub(super) fn keeps_samples(&mut self, ends: [u32; 2], scratch: &mut Scratch) -> bool {
         // Samples that change triangles raise errors, so that these are added up again.
-        if self.refresh_from(self.around[ends[0] as usize].clone()) && !self.adds_up(ends, scratch) {
+        if self.refresh_from(self.around[ends[0] as usize].to_vec()) && !self.adds_up(ends, scratch) {
             return false;
         }
         scratch.moved.clear();
