@@ -6,18 +6,23 @@
 //! minimal edges of an octree), and each arc, which is a side of a polygon, belongs to two.
 //!
 //! Nothing is cut on the border: crossings of a part of an edge that cancel are dropped.
+//!
+//! The triangles from a vertex of the border to a row of finer cells fold over one another if it lies beside the row's end. All crossings
+//! of a loop draw it there, as most of them are on the side of the finer cells; with weights by which the parts of a face count as much
+//! as a whole one, it lies near the middle of its cell. The first place is tried, as it needs the smaller triangles, and the second taken
+//! where they cross.
 
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{DVec3, Vec3};
 
-use super::cells::{APART, REACH, bounds_of, grid_bounds};
+use super::cells::{APART, REACH, bounds_of, grid_bounds, target_of};
 use super::cuts::{Cuts, cells_around, edge_of};
 use super::edges::{Source, UNKNOWN};
 use super::feature::Feature;
 use super::pairing::{Face, are_joined, joined_faces};
 use super::part::{CellMap, CellSet};
-use super::qef::{Bounds, Loop};
+use super::qef::{Bounds, Loop, Place};
 use crate::cell::{Signs, arcs, edge_at, edge_between, face_corners, is_ambiguous, loops};
 use crate::grid::Grid;
 
@@ -79,14 +84,20 @@ pub struct BorderCell {
 #[derive(Clone, Copy, Debug)]
 pub struct BorderVertex {
     pub place: DVec3,
+    /// The place that a contour of the finer cells tries first, nearer to these.
+    pub start: DVec3,
+    /// The mean of the crossings, to which it is pulled back where triangles would cross one another.
+    pub mean: DVec3,
+    /// The place on its feature, if that is beyond its cell.
+    pub target: Option<DVec3>,
     pub facing: Vec3,
 }
 
 impl BorderVertex {
-    /// Returns it as a feature that stays at its place, which is given in the coordinates of a contour.
-    pub fn feature(&self, vertex: u32, place: DVec3) -> Feature {
+    /// Returns it as a feature, with its place and its mean in the coordinates of a contour.
+    pub fn feature(&self, vertex: u32, [held, mean]: [DVec3; 2]) -> Feature {
         let facing = self.facing;
-        Feature { vertex, target: None, held: place, mean: place, facing, is_alone: false, is_between: true }
+        Feature { vertex, target: None, held, mean, facing, is_alone: false, is_between: true }
     }
 }
 
@@ -144,9 +155,20 @@ impl Border {
         self.of_part[&(self.scale.coarse(fine), axis, node)]
     }
 
-    /// Returns the vertices with their places in coordinates of finer cells.
-    pub fn places(&self) -> impl Iterator<Item = (&BorderVertex, DVec3)> {
-        self.vertices.iter().map(|vertex| (vertex, self.scale.fine_place(vertex.place)))
+    /// Returns the vertices as features in coordinates of finer cells, and where they start.
+    pub fn features(&self) -> impl Iterator<Item = (Feature, DVec3)> {
+        let fine = |place: DVec3| self.scale.fine_place(place);
+        let feature = move |(number, vertex): (u32, &BorderVertex)| {
+            (vertex.feature(number, [vertex.place, vertex.mean].map(fine)), fine(vertex.start))
+        };
+        (0..).zip(&self.vertices).map(feature)
+    }
+
+    /// Takes the places of the vertices from a contour of the finer cells, which begins with them.
+    pub fn take_places(&mut self, of_contour: &[DVec3]) {
+        let scale = self.scale;
+        let places = self.vertices.iter_mut().zip(of_contour);
+        places.for_each(|(vertex, &place)| vertex.place = scale.place(place));
     }
 
     fn add(&mut self, sides: &Sides, cell: [i32; 3], traced: &Traced) {
@@ -170,17 +192,32 @@ impl Border {
             let crossing = source.first_crossing(axis, node).unwrap_or(UNKNOWN);
             let place = crossing.place(axis, node);
             let place = if is_whole { place } else { sides.scale.place(place) };
-            points[usize::from(number)].push((place - base, crossing.normal));
+            points[usize::from(number)].push((place - base, crossing.normal, is_whole));
         }
-        let bounds = bounds_of(cell, &grid_bounds(sides.grid));
-        let places: Vec<_> = points.iter().map(|points| Loop::of(points).place(&bounds, REACH)).collect();
-        let are_near = |held: &dyn Fn(usize) -> DVec3| {
-            (0..places.len()).any(|i| (0..i).any(|j| held(i).distance(held(j)) < APART))
+        let whole = grid_bounds(sides.grid);
+        let bounds = bounds_of(cell, &whole);
+        let placed = |of_part: f64| -> Vec<Place> {
+            let weight = |is_whole: bool| if is_whole { 1.0 } else { of_part };
+            let weighted = |&(place, normal, is_whole): &_| (place, normal, weight(is_whole));
+            let of_loop = |points: &Vec<_>| Loop::of(&points.iter().map(weighted).collect::<Vec<_>>());
+            points.iter().map(|points| of_loop(points).place(&bounds, REACH)).collect()
         };
-        let is_held = !are_near(&|i| places[i].held);
-        for place in &places {
-            let within = if is_held { place.held } else { place.mean };
-            self.vertices.push(BorderVertex { place: base + within, facing: place.facing.as_vec3() });
+        // In the middle of the cell a face in many parts weighs no more than a whole one; nearer to the parts, their triangles are smaller.
+        let (places, starts) = (placed(1.0 / f64::from(sides.scale.parts())), placed(1.0));
+        let are_apart = |all: &[Place]| {
+            (0..all.len()).all(|i| all[..i].iter().all(|other| other.held.distance(all[i].held) >= APART))
+        };
+        let [are_held, may_start] = [&places, &starts].map(|all| are_apart(all));
+        let within = |place: &Place, is_held| base + if is_held { place.held } else { place.mean };
+        for (place, start) in places.iter().zip(&starts) {
+            let target = target_of(place, &whole.from(base)).filter(|_| are_held);
+            self.vertices.push(BorderVertex {
+                place: within(place, are_held),
+                start: within(start, may_start),
+                mean: base + place.mean,
+                target: target.map(|target| base + target),
+                facing: place.facing.as_vec3(),
+            });
         }
         self.cells.insert(cell, BorderCell { first, count: traced.count, of_whole });
     }

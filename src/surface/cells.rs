@@ -10,7 +10,7 @@ use super::edges::EdgeSlab;
 use super::feature::Feature;
 use super::pairing::JoinedFaces;
 use super::part::Part;
-use super::qef::{Bounds, Loop};
+use super::qef::{Bounds, Loop, Place};
 use crate::bits::{Ones, after};
 use crate::cancel::checkpoint;
 use crate::cell::{Signs, UPPER, edge_ends, loops};
@@ -72,6 +72,14 @@ pub const APART: f64 = 1e-2;
 /// The share of their way to the means of their crossings by which the vertices of several loops go aside if that is enough.
 const ASIDE: f64 = 1.0 / 16.0;
 
+/// Returns the position of a vertex on its feature, if that is beyond its cell, but not beyond the grid.
+pub fn target_of(place: &Place, whole: &Bounds) -> Option<DVec3> {
+    let beyond = place.beyond?;
+    let target = beyond.clamp(whole.least, whole.greatest);
+    // At the end of the grid the held position may equal the target.
+    (target.distance(beyond) < MARGIN && target.distance(place.held) > ROUNDED).then_some(target)
+}
+
 impl CellLayer {
     /// Finds the cells of layer `k` and their vertices.
     pub fn new(slab: &EdgeSlab, joined: &JoinedFaces, cuts: &Cuts, grid: &Grid, part: Part, k: i32) -> CellLayer {
@@ -129,7 +137,7 @@ impl CellLayer {
         self.on_whole_edges.insert(self.cells.len() as u32, of_cell.of_whole);
         self.cells.push(Cell { first_vertex, signs: Signs::default() });
         for vertex in &border.vertices[of_cell.first as usize..][..of_cell.count as usize] {
-            self.features.push(vertex.feature(self.vertices.len() as u32, vertex.place));
+            self.features.push(vertex.feature(self.vertices.len() as u32, [vertex.place; 2]));
             self.vertices.push(vertex.place);
         }
     }
@@ -161,11 +169,7 @@ impl CellLayer {
         let (bounds, whole) = (bounds_of(cell, whole), whole.from(base));
         for of_loop in of_cell.iter() {
             let place = of_loop.place(&bounds, REACH);
-            let beyond = place.beyond.map(|p| (p, p.clamp(whole.least, whole.greatest)));
-            // At the end of the grid the held position may equal the target.
-            let is_elsewhere =
-                |(p, clamped): &(DVec3, DVec3)| clamped.distance(*p) < MARGIN && clamped.distance(place.held) > ROUNDED;
-            let target = beyond.filter(is_elsewhere).map(|(_, clamped)| base + clamped);
+            let target = target_of(&place, &whole).map(|target| base + target);
             let is_alone = loops.count == 1;
             // At the rim of a wall, triangles of both its sides lie above one another.
             if signs.cut != 0
@@ -220,11 +224,13 @@ impl CellLayer {
     }
 }
 
-/// Returns the box that a vertex is held in: its cell less a margin, within the box of the grid. In coordinates of the cell.
+/// Returns the box that a vertex is held in: its cell less a margin, within the box of the grid, which may end in that margin. In
+/// coordinates of the cell.
 pub fn bounds_of(cell: [i32; 3], whole: &Bounds) -> Bounds {
     let whole = whole.from(DVec3::from_array(cell.map(f64::from)));
     let (least, greatest) = (DVec3::splat(MARGIN), DVec3::splat(1.0 - MARGIN));
-    Bounds { least: least.max(whole.least), greatest: greatest.min(whole.greatest) }
+    let (least, greatest) = (least.max(whole.least), greatest.min(whole.greatest));
+    Bounds { least: least.min(whole.greatest), greatest: greatest.max(whole.least) }
 }
 
 /// Returns the box of the grid, in coordinates of cells. Cell i in x and y, with their margin of one, begins at node i − 1 of the grid;
@@ -241,4 +247,22 @@ pub fn grid_bounds(grid: &Grid) -> Bounds {
 pub fn world_from_cells(grid: &Grid, place: DVec3) -> DVec3 {
     let of_grid = grid_bounds(grid).least;
     grid.origin() + grid.pitch() * (place - of_grid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_are_held_in_the_grid_where_it_ends_in_the_margin_of_their_cell() {
+        let beyond = 0.01 * MARGIN;
+        let whole = Bounds { least: DVec3::splat(-beyond), greatest: DVec3::splat(8.0 + beyond) };
+        let ends = [MARGIN, 1.0 - MARGIN];
+        for (cell, expected) in [(-1, [1.0 - beyond; 2]), (0, ends), (7, ends), (8, [beyond; 2])] {
+            let Bounds { least, greatest } = bounds_of([cell; 3], &whole);
+            for (found, expected) in [least, greatest].into_iter().zip(expected) {
+                assert!(found.distance(DVec3::splat(expected)) < 1e-12, "{cell}: {found} {expected}");
+            }
+        }
+    }
 }

@@ -30,7 +30,7 @@ const ROUNDS: usize = 3;
 const PART_WAYS: [f64; 3] = [0.75, 0.5, 0.25];
 
 /// Distance below which readers of 32-bit coordinates would merge two vertices.
-const APART: f64 = 1e-3;
+pub const APART: f64 = 1e-3;
 
 /// The features of a mesh, and the quadrilaterals around each.
 pub struct Features<'a> {
@@ -193,17 +193,17 @@ impl CellFilter {
 
 /// The positions of vertices that others must keep away from.
 #[derive(Default)]
-struct Taken {
+pub struct Taken {
     by_place: HashMap<[i64; 3], Vec<DVec3>>,
 }
 
 impl Taken {
-    fn add(&mut self, point: DVec3) {
+    pub fn add(&mut self, point: DVec3) {
         self.by_place.entry(place(point)).or_default().push(point);
     }
 
     /// Returns whether a vertex is within [`APART`] of a point.
-    fn holds(&self, point: DVec3) -> bool {
+    pub fn holds(&self, point: DVec3) -> bool {
         let [x, y, z] = place(point);
         let near = |i: i64| [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
         let is_near = |others: &Vec<DVec3>| others.iter().any(|other| other.distance(point) < APART);
@@ -229,7 +229,7 @@ fn may_go(vertex: u32, target: DVec3, corners: &[u32; 4], vertices: &[DVec3], ma
 }
 
 /// Returns whether a node lies in a tetrahedron, or within a margin of it.
-fn holds_node(corners: [DVec3; 4], margin: f64) -> bool {
+pub fn holds_node(corners: [DVec3; 4], margin: f64) -> bool {
     let least = corners.into_iter().fold(corners[0], DVec3::min) - margin;
     let greatest = corners.into_iter().fold(corners[0], DVec3::max) + margin;
     let (from, to) = (least.ceil(), greatest.floor());

@@ -63,6 +63,7 @@ use crate::ldi::{Ldi, Mode, NodePlanes, NodesError};
 use crate::mesh::{Precision, TriangleMesh};
 pub use apart::Apart;
 pub(crate) use apart::take_apart;
+use border::Border;
 use cells::{CellLayer, OfBorder, world_from_cells};
 use cuts::Cuts;
 use edges::{Dropped, EdgeSlab, Source};
@@ -205,8 +206,9 @@ struct Contoured {
     grid: Grid,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// The vertices beside blocks of finer cells.
+    /// The vertices beside blocks of finer cells, and the quadrilaterals that hold any.
     of_borders: Vec<OfBorder>,
+    beside: Vec<Quad>,
     dropped: Dropped,
     disagreements: u64,
     /// The bound of the samples' distance, in pitches.
@@ -300,9 +302,8 @@ impl<'a> Contour<'a> {
     fn new(source: Source<'a>, part: Part<'a>, grid: Grid, precision: Precision) -> Contour<'a> {
         let cuts = Cuts::of_thin(&source, part);
         // The first vertices of a block are those of its border.
-        let border = || part.border().into_iter().flat_map(|border| (0..).zip(border.places()));
-        let vertices: Vec<DVec3> = border().map(|(_, (_, place))| place).collect();
-        let features: Vec<Feature> = border().map(|(number, (vertex, place))| vertex.feature(number, place)).collect();
+        let (features, vertices): (Vec<Feature>, Vec<DVec3>) =
+            part.border().into_iter().flat_map(Border::features).unzip();
         Contour {
             source,
             part,
@@ -427,6 +428,8 @@ impl<'a> Contour<'a> {
                 self.distance = self.distance.max(features.distance(open, &self.vertices));
             }
         }
+        let is_beside = |quad: &Quad| features.features_of(quad).any(|feature| self.features[feature].is_between);
+        let beside = self.open.iter().map(|open| open.quad).filter(is_beside).collect();
         drop(features);
         let movers = self.features.iter().filter(|feature| feature.target.is_some()).count() as u64;
         Contoured {
@@ -434,6 +437,7 @@ impl<'a> Contour<'a> {
             vertices: self.vertices,
             triangles: self.triangles,
             of_borders: self.of_borders,
+            beside,
             dropped: self.dropped,
             disagreements: self.disagreements,
             distance: self.distance,

@@ -83,20 +83,21 @@ impl Bounds {
 /// Most crossings of a loop.
 pub const MOST_CROSSINGS: usize = 12;
 
-/// The crossings of one loop with their normals.
+/// The crossings of one loop with their normals and weights.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Loop {
     points: [DVec3; MOST_CROSSINGS],
     normals: [DVec3; MOST_CROSSINGS],
+    weights: [f64; MOST_CROSSINGS],
     count: usize,
 }
 
 impl Loop {
-    /// Returns the loop of some crossings: places and normals. Of more than [`MOST_CROSSINGS`], some are left out evenly.
-    pub fn of(crossings: &[(DVec3, [f32; 3])]) -> Loop {
+    /// Returns the loop of some crossings: places, normals and weights. Of more than [`MOST_CROSSINGS`], some are left out evenly.
+    pub fn of(crossings: &[(DVec3, [f32; 3], f64)]) -> Loop {
         let mut of_loop = Loop::default();
         let step = crossings.len().div_ceil(MOST_CROSSINGS).max(1);
-        crossings.iter().step_by(step).for_each(|&(point, normal)| of_loop.add_at(point, normal));
+        crossings.iter().step_by(step).for_each(|&(point, normal, weight)| of_loop.add_at(point, normal, weight));
         of_loop
     }
 
@@ -104,24 +105,28 @@ impl Loop {
     pub fn add(&mut self, corner: DVec3, axis: usize, crossing: &Crossing) {
         let mut point = corner;
         point[axis] += f64::from(crossing.at);
-        self.add_at(point, crossing.normal);
+        self.add_at(point, crossing.normal, 1.0);
     }
 
-    fn add_at(&mut self, point: DVec3, normal: [f32; 3]) {
+    fn add_at(&mut self, point: DVec3, normal: [f32; 3], weight: f64) {
         self.points[self.count] = point;
+        self.weights[self.count] = weight;
         self.normals[self.count] = DVec3::from_array(normal.map(f64::from));
         self.count += 1;
     }
 
     /// Returns the mean of the crossings.
     pub fn mean(&self) -> DVec3 {
-        self.points[..self.count].iter().sum::<DVec3>() / self.count as f64
+        let weights = &self.weights[..self.count];
+        let points = self.points.iter().zip(weights).map(|(&point, &weight)| point * weight);
+        points.sum::<DVec3>() / weights.iter().sum::<f64>()
     }
 
     /// Places the vertex: held within `cell`, and unconstrained if that is not further away than `reach`.
     pub fn place(&self, cell: &Bounds, reach: f64) -> Place {
         let mean = self.mean();
-        let facing = self.normals[..self.count].iter().sum::<DVec3>().normalize_or_zero();
+        let normals = self.normals.iter().zip(&self.weights[..self.count]).map(|(&normal, &weight)| normal * weight);
+        let facing = normals.sum::<DVec3>().normalize_or_zero();
         let (best, directions, edge) = self.nearest_to_planes(mean, facing);
         let away = (best - cell.hold(best)).abs().max_element();
         let slid = if directions == 2 && away > 0.0 { cell.slide(best, edge) } else { None };
@@ -136,25 +141,26 @@ impl Loop {
     /// Returns the minimum of the error function nearest to `mean`, given the mean normal `facing`; the number of determined
     /// directions; and the last undetermined one, which is that of the edge where two are determined.
     fn nearest_to_planes(&self, mean: DVec3, facing: DVec3) -> (DVec3, usize, DVec3) {
-        let planes = || self.points[..self.count].iter().zip(&self.normals[..self.count]);
+        let planes = || (0..self.count).map(|i| (self.points[i], self.normals[i], self.weights[i]));
         if facing == DVec3::ZERO {
             return (mean, 0, DVec3::ZERO);
         }
         let (mut along, mut all, mut off) = (0.0, 0.0, 0.0);
-        for (&point, &normal) in planes() {
+        for (point, normal, weight) in planes() {
             let cosine = normal.dot(facing);
-            along += cosine * cosine;
-            all += normal.length_squared();
-            off += cosine * normal.dot(point - mean);
+            along += weight * cosine * cosine;
+            all += weight * normal.length_squared();
+            off += weight * cosine * normal.dot(point - mean);
         }
         if all - along < SMOOTH * all {
             return (mean + facing * (off / along), 1, DVec3::ZERO);
         }
         let mut moments = DMat3::ZERO;
         let mut pull = DVec3::ZERO;
-        for (&point, &normal) in planes() {
-            moments += DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
-            pull += normal * normal.dot(point - mean);
+        for (point, normal, weight) in planes() {
+            let weighted = normal * weight;
+            moments += DMat3::from_cols(weighted * normal.x, weighted * normal.y, weighted * normal.z);
+            pull += weighted * normal.dot(point - mean);
         }
         let (values, vectors) = eigen(moments);
         let largest = values.max_element();

@@ -4,9 +4,11 @@
 //! or 8 times closer together and include the old ones; nothing is rounded again, so that the signs of the old nodes stay as they are.
 //! The meshes of both are joined by the loops of the cells around each block (`border`).
 //!
-//! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. One whose triangles
-//! would cross others is taken at a coarser level, or not at all. Large groups whose finer cells would be more than those of the whole
-//! surface are left out, and all blocks are given up if the volume moves away from that of the images.
+//! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. Where triangles
+//! cross at its border, the vertices there go back to the means of their crossings; then those that belong to sharp edges beyond their
+//! cells go there (`joined`). A block whose triangles cross others all the same is taken at a coarser level, or not at all. Large groups
+//! whose finer cells would be more than those of the whole surface are left out, and all blocks are given up if the volume moves away
+//! from those of the images.
 
 mod groups;
 mod joined;
@@ -70,7 +72,7 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
         let around = Blocks::new(chosen.iter().map(|one| &one.block).collect());
         let coarse = contour_part(source, Part::Around(&around), coordinates, MOST_LAYERS)?;
         let mut joined = Joined::of(coarse, &chosen)?;
-        let crossed = joined.crossed(coordinates.precision);
+        let crossed = joined.part(coordinates.precision);
         if crossed.is_empty() {
             let finest = chosen.iter().map(|one| 1 << one.block.border.scale.levels).max().unwrap_or(0);
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
@@ -96,13 +98,17 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
 /// Greatest share of the volume by which finer cells may take that of a mesh further from the images' volume.
 const FURTHER: f64 = 1e-3;
 
-/// Returns whether the volume of a refined mesh is not clearly further from that of the images than before: thin walls that end at
+/// Returns whether the volume of a refined mesh is not clearly further from those of the images than before: thin walls that end at
 /// blocks on all sides fall apart.
 fn is_near_volume(images: [&Ldi; 3], before: f64, after: f64) -> bool {
-    let grid = images[0].grid();
-    let length: i64 = images.iter().map(|image| image.volume_sums().length()).sum();
-    let of_images = length as f64 / 3.0 * grid.step() * grid.pitch() * grid.pitch();
-    (after - of_images).abs() <= (before - of_images).abs() + FURTHER * of_images
+    let volumes = images.map(|image| {
+        let grid = image.grid();
+        image.volume_sums().length() as f64 * grid.step() * grid.pitch() * grid.pitch()
+    });
+    let least = volumes.into_iter().fold(f64::INFINITY, f64::min);
+    let greatest = volumes.into_iter().fold(0.0, f64::max);
+    let away = |volume: f64| (least - volume).max(volume - greatest).max(0.0);
+    away(after) <= away(before) + FURTHER * greatest
 }
 
 /// The most levels of finer cells.
@@ -242,8 +248,9 @@ fn refine(
     let empty = Block { cells: group.cells.clone(), border: Border::empty(scale, grid) };
     let cuts = Cuts::of_thin(&fine, Part::Within(&empty));
     let sides = Sides { source, grid, replaced: &group.cells, fine: &fine, scale };
-    let block = Block { border: Border::new(&sides, &group.beside, &cuts), ..empty };
+    let mut block = Block { border: Border::new(&sides, &group.beside, &cuts), ..empty };
     let mesh = contour_part(fine, Part::Within(&block), coordinates, MOST_LAYERS)?;
+    block.border.take_places(&mesh.vertices);
     let fine_place = |pair: &[DVec3; 2]| pair.map(|place| scale.fine_place(place));
     let pairs: Vec<[DVec3; 2]> = group.pairs.iter().map(fine_place).collect();
     let lost = lost(&pairs, NEAR * f64::from(scale.parts()), &mesh.vertices, &mesh.triangles);
@@ -306,11 +313,11 @@ mod tests {
         report.components
     }
 
-    /// Returns cubes of random places, sizes and directions in the unit cube.
-    fn random_cubes(count: usize, size: f64, seed: u64) -> TriangleMesh {
+    /// Returns copies of a solid around the origin, of random places, sizes and directions in the unit cube.
+    fn scattered(solid: &TriangleMesh, count: usize, size: f64, seed: u64) -> TriangleMesh {
         let mut random = Random::new(seed);
         let mut one = || {
-            let mut one = cube(DVec3::splat(-0.5), 1.0);
+            let mut one = solid.clone();
             let mut vector = || DVec3::from_array([0; 3].map(|_| random.share()));
             let (axis, to, share) = ((vector() - 0.5).normalize(), vector(), vector());
             let turn = DAffine3::from_axis_angle(axis, 3.0 * share.x);
@@ -319,6 +326,11 @@ mod tests {
             one
         };
         together(&(0..count).map(|_| one()).collect::<Vec<_>>())
+    }
+
+    /// Returns cubes of random places, sizes and directions in the unit cube.
+    fn random_cubes(count: usize, size: f64, seed: u64) -> TriangleMesh {
+        scattered(&cube(DVec3::splat(-0.5), 1.0), count, size, seed)
     }
 
     /// Returns a cube, and a grid around it.
@@ -392,6 +404,28 @@ mod tests {
             (before, after, parts) = (before + counts[0].0, after + counts[3].0, parts + counts[3].1);
         }
         assert!(before > 150 && after < before / 6 && parts > 220, "{before} {after} {parts}");
+    }
+
+    /// Blades, whose edges are thinner than the pitch and run from cells through blocks into cells.
+    #[test]
+    fn sharp_edges_that_pass_through_blocks_stay_sharp_beside_them() {
+        let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let ends = [-0.8, 0.8].map(|x| [at(x, -0.5, -0.09), at(x, -0.5, 0.09), at(x, 0.5, 0.0)]);
+        let positions = ends.as_flattened().to_vec();
+        let triangles = vec![[0, 2, 1], [3, 4, 5], [0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [2, 0, 3], [2, 3, 5]];
+        let blade = reversed(&TriangleMesh { positions, triangles });
+        let (mut before, mut after) = (0, 0);
+        for seed in 0..6 {
+            let mesh = closed(scattered(&blade, 3, 0.7, seed));
+            let grid = grid_around(&[&mesh], 24, 1024);
+            let counts = [0, 3].map(|levels| {
+                let surface = refined(&mesh, &grid, levels);
+                check(&surface, &mesh, &grid);
+                surface.sub_resolution.walls + surface.sub_resolution.gaps
+            });
+            (before, after) = (before + counts[0], after + counts[1]);
+        }
+        assert!(before > 80 && 8 * after < 3 * before, "{before} {after}");
     }
 
     /// Crowds of cubes, most of which pass through others or reach beyond their blocks, on rasters down to one ray.

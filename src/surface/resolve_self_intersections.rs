@@ -354,12 +354,18 @@ impl<'a> Tangle<'a> {
         let of_pairs: Vec<Vec<usize>> = crossing.par_iter().map(of_pair).collect();
         let mut votes: HashMap<usize, u32> = HashMap::new();
         of_pairs.iter().flatten().for_each(|&i| *votes.entry(i).or_default() += 1);
-        // Vertices beyond their cells go first, then those of most votes, then those furthest from their means.
+        // Vertices beyond their cells go first, then those of most votes, then those furthest from their means; those beside blocks of
+        // finer cells, whose triangles are large, go last.
         let weight = |i: usize| {
             let feature = &features.all[i];
-            (self.is_beyond(i), votes[&i], self.vertices[feature.vertex as usize].distance(feature.mean))
+            (
+                !feature.is_between,
+                self.is_beyond(i),
+                votes[&i],
+                self.vertices[feature.vertex as usize].distance(feature.mean),
+            )
         };
-        let weights: HashMap<usize, (bool, u32, f64)> = votes.keys().map(|&i| (i, weight(i))).collect();
+        let weights: HashMap<usize, (bool, bool, u32, f64)> = votes.keys().map(|&i| (i, weight(i))).collect();
         let mut chosen: Vec<usize> = of_pairs
             .iter()
             .filter_map(|of_pair| {
@@ -504,7 +510,8 @@ impl<'a> Tangle<'a> {
 
     /// Returns whether a feature is still beyond its cell.
     fn is_beyond(&self, feature: usize) -> bool {
-        self.start[feature] != self.features.all[feature].held && self.steps[feature] < 2
+        let Feature { held, is_between, .. } = self.features.all[feature];
+        !is_between && self.start[feature] != held && self.steps[feature] < 2
     }
 }
 
