@@ -9,7 +9,7 @@ use super::super::edges::Dropped;
 use super::super::features::{APART, CellFilter, Taken, holds_node};
 use super::super::intersect::cell_of;
 use super::super::qef::Bounds;
-use super::super::simplify::crossing;
+use super::super::simplify::{crossing, crossing_pairs};
 use super::super::{Contoured, SubResolution, Surface, SurfaceError};
 use super::Refined;
 use crate::box_tree::Box32;
@@ -127,6 +127,10 @@ impl Joined {
         self.move_beyond(&all, precision);
         let distance = (self.beside.iter().map(|quad| self.distance(quad))).fold(0.0, f64::max);
         self.coarse.distance = self.coarse.distance.max(distance as f32);
+        if self.coarse.crossing_pairs > 0 {
+            // Those beside blocks cross no more.
+            self.coarse.crossing_pairs = crossing_pairs(&self.mesh, precision);
+        }
         Vec::new()
     }
 
