@@ -112,21 +112,9 @@ impl<'a> Features<'a> {
 
     /// Returns the stationary vertices in the cells that movers go to: another loop may have found the same corner.
     fn others_near_targets(&self, vertices: &[DVec3]) -> Taken {
-        let targets = || self.all.iter().filter_map(|feature| feature.target);
-        let mut cells = CellFilter::new(targets().count());
-        targets().for_each(|target| cells.add(cell_of(target)));
         let is_mover = |vertex: u32| self.of_vertex(vertex).is_some_and(|i| self.all[i].target.is_some());
-        let near = |(vertex, point): (usize, &DVec3)| cells.may_hold(*point) && !is_mover(vertex as u32);
-        let others: Vec<DVec3> = vertices
-            .par_iter()
-            .enumerate()
-            .with_min_len(1 << 14)
-            .filter(|&v| near(v))
-            .map(|(_, point)| *point)
-            .collect();
-        let mut taken = Taken::default();
-        others.into_iter().for_each(|point| taken.add(point));
-        taken
+        let targets: Vec<DVec3> = self.all.iter().filter_map(|feature| feature.target).collect();
+        Taken::near(&targets, vertices, |vertex| !is_mover(vertex))
     }
 
     /// Moves a vertex by a share of its way if that is allowed; returns whether it moved.
@@ -198,6 +186,18 @@ pub struct Taken {
 }
 
 impl Taken {
+    /// Returns the places, among those of all vertices, of some that lie in the cells of targets.
+    pub fn near(targets: &[DVec3], vertices: &[DVec3], is_wanted: impl Fn(u32) -> bool + Sync) -> Taken {
+        let mut cells = CellFilter::new(targets.len());
+        targets.iter().for_each(|&target| cells.add(cell_of(target)));
+        let is_near = |(vertex, place): &(usize, &DVec3)| cells.may_hold(**place) && is_wanted(*vertex as u32);
+        let numbered = vertices.par_iter().enumerate().with_min_len(1 << 14);
+        let near: Vec<DVec3> = numbered.filter(is_near).map(|(_, place)| *place).collect();
+        let mut taken = Taken::default();
+        near.into_iter().for_each(|place| taken.add(place));
+        taken
+    }
+
     pub fn add(&mut self, point: DVec3) {
         self.by_place.entry(place(point)).or_default().push(point);
     }

@@ -7,8 +7,8 @@
 //! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. Where triangles
 //! cross at its border, the vertices there go back to the means of their crossings; then those that belong to sharp edges beyond their
 //! cells go there (`joined`). A block whose triangles cross others all the same is taken at a coarser level, or not at all. Large groups
-//! whose finer cells would be more than those of the whole surface are left out, and all blocks are given up if the volume moves away
-//! from those of the images.
+//! whose finer cells would be more than those of the whole surface are left out. If the volume moves away from those of the images,
+//! vertices do not go beyond their cells, and if that does not help, all blocks are given up.
 
 mod groups;
 mod joined;
@@ -76,11 +76,12 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
         if crossed.is_empty() {
             let finest = chosen.iter().map(|one| 1 << one.block.border.scale.levels).max().unwrap_or(0);
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
-            let surface = Surface { blocks, ..joined.into_surface(&plain.dropped) };
+            let is_near = |volume: f64| is_near_volume(images, plain.volume(), volume);
+            joined.move_beyond(coordinates.precision, |volume| !is_near(volume));
+            let surface = Surface { blocks, ..joined.into_surface(&plain.dropped, coordinates.precision) };
             let SubResolution { walls, gaps, .. } = surface.sub_resolution;
-            let is_near = || is_near_volume(images, plain.volume(), surface.mesh.signed_volume());
             let is_manifold = || ManifoldReport::of(&surface.mesh, coordinates.precision).failures().is_empty();
-            if walls + gaps < lost.len() as u64 && is_near() && is_manifold() {
+            if walls + gaps < lost.len() as u64 && is_near(surface.mesh.signed_volume()) && is_manifold() {
                 return Ok(surface);
             }
             break;

@@ -6,8 +6,7 @@ use glam::DVec3;
 
 use super::super::cells::{MARGIN, grid_bounds, world_from_cells};
 use super::super::edges::Dropped;
-use super::super::features::{APART, CellFilter, Taken, holds_node};
-use super::super::intersect::cell_of;
+use super::super::features::{APART, Taken, holds_node};
 use super::super::qef::Bounds;
 use super::super::simplify::{crossing, crossing_pairs};
 use super::super::{Contoured, SubResolution, Surface, SurfaceError};
@@ -15,7 +14,9 @@ use super::Refined;
 use crate::box_tree::Box32;
 use crate::closest::squared_distance;
 use crate::mesh::{Precision, TriangleMesh};
-use crate::parallel::*;
+
+/// Up to this number of blocks, crossings are looked for among the triangles near what changed in them, not among all.
+const FEW_BOXES: usize = 32;
 
 /// The mesh around blocks with those of the blocks.
 pub struct Joined {
@@ -103,11 +104,10 @@ impl Joined {
         Ok(Joined { coarse, cells, mesh, block_of, movers, beside, around })
     }
 
-    /// Separates triangles that cross one another: vertices of borders go back to their means. Then those whose features lie beyond
-    /// their cells go there, as far as no triangles cross by that and no node changes its side. Returns the blocks whose triangles cross
-    /// others all the same, in descending order.
+    /// Separates triangles that cross one another: vertices of borders go back to their means, if no node changes its side. Returns the
+    /// blocks whose triangles cross others all the same, in descending order.
     pub fn part(&mut self, precision: Precision) -> Vec<usize> {
-        let all: Vec<bool> = self.block_of.iter().map(Option::is_some).collect();
+        let all = self.beside_blocks();
         let mut pairs = crossing(&self.mesh, [&all, &all], None, precision);
         while !pairs.is_empty() {
             let mut back = Vec::new();
@@ -124,26 +124,34 @@ impl Joined {
             }
             pairs = self.crossing_after(&back, &pairs, &all, precision);
         }
-        self.move_beyond(&all, precision);
-        let distance = (self.beside.iter().map(|quad| self.distance(quad))).fold(0.0, f64::max);
-        self.coarse.distance = self.coarse.distance.max(distance as f32);
-        if self.coarse.crossing_pairs > 0 {
-            // Those beside blocks cross no more.
-            self.coarse.crossing_pairs = crossing_pairs(&self.mesh, precision);
-        }
         Vec::new()
     }
 
-    /// Moves vertices to their targets, unless nodes are in the way or triangles cross by it.
-    fn move_beyond(&mut self, all: &[bool], precision: Precision) {
-        let mut taken = self.others_near_targets();
+    /// Returns for each triangle whether it has a vertex in a block or on its border.
+    fn beside_blocks(&self) -> Vec<bool> {
+        self.block_of.iter().map(Option::is_some).collect()
+    }
+
+    /// Moves vertices whose features lie beyond their cells there, unless nodes are in the way, triangles would cross, or the volume
+    /// `is_wrong` after all moves.
+    pub fn move_beyond(&mut self, precision: Precision, is_wrong: impl Fn(f64) -> bool) {
+        let moved = self.moved_beyond(precision);
+        if is_wrong(self.mesh.signed_volume()) {
+            moved.into_iter().for_each(|(mover, before)| self.place(mover, before));
+        }
+    }
+
+    /// Moves vertices to their targets; returns those that stay there, and where they were before.
+    fn moved_beyond(&mut self, precision: Precision) -> BTreeMap<usize, DVec3> {
+        let all = self.beside_blocks();
+        let targets: Vec<DVec3> = self.movers.iter().filter_map(|mover| mover.target).collect();
+        let mut taken = Taken::near(&targets, &self.cells, |_| true);
         let way = |mover: &usize| {
             let Mover { vertex, target, .. } = self.movers[*mover];
             target.map_or(0.0, |target| target.distance_squared(self.cells[vertex as usize]))
         };
         let mut waiting: Vec<usize> = (0..self.movers.len()).filter(|&i| self.movers[i].target.is_some()).collect();
         waiting.sort_by(|a, b| way(a).total_cmp(&way(b)));
-        // Those that moved, and where they were before.
         let mut moved: BTreeMap<usize, DVec3> = BTreeMap::new();
         for mover in waiting {
             let Mover { vertex, target: Some(target), .. } = self.movers[mover] else { continue };
@@ -156,9 +164,9 @@ impl Joined {
         let mut changed: Vec<usize> = moved.keys().copied().collect();
         let mut pairs = Vec::new();
         while !changed.is_empty() {
-            pairs = self.crossing_after(&changed, &pairs, all, precision);
+            pairs = self.crossing_after(&changed, &pairs, &all, precision);
             if pairs.is_empty() {
-                return;
+                break;
             }
             changed = Vec::new();
             for mover in self.movers_of(&pairs) {
@@ -178,6 +186,7 @@ impl Joined {
                 moved.remove(mover);
             }
         }
+        moved
     }
 
     /// Returns those that moved among the corners of triangles, and all that moved beside them; all that moved if none did.
@@ -196,17 +205,6 @@ impl Joined {
             open.extend(beside.filter(|&other| found.insert(other)));
         }
         found.into_iter().collect()
-    }
-
-    /// Returns the vertices in the cells of the targets.
-    fn others_near_targets(&self) -> Taken {
-        let targets = || self.movers.iter().filter_map(|mover| mover.target);
-        let mut cells = CellFilter::new(targets().count());
-        targets().for_each(|target| cells.add(cell_of(target)));
-        let near = self.cells.par_iter().with_min_len(1 << 14).filter(|place| cells.may_hold(**place));
-        let mut taken = Taken::default();
-        near.copied().collect::<Vec<DVec3>>().into_iter().for_each(|place| taken.add(place));
-        taken
     }
 
     /// Returns whether a vertex may move to a place without a change of any node's side.
@@ -267,12 +265,15 @@ impl Joined {
     }
 
     /// Returns the surface; of the pairs of crossings that were dropped before there were blocks, it counts those that it lacks.
-    pub fn into_surface(mut self, dropped: &Dropped) -> Surface {
+    pub fn into_surface(mut self, dropped: &Dropped, precision: Precision) -> Surface {
+        let distance = self.beside.iter().map(|quad| self.distance(quad)).fold(0.0, f64::max);
+        self.coarse.distance = self.coarse.distance.max(distance as f32);
+        if self.coarse.crossing_pairs > 0 {
+            // Those beside blocks cross no more.
+            self.coarse.crossing_pairs = crossing_pairs(&self.mesh, precision);
+        }
         let sub_resolution = SubResolution::of(dropped, &self.cells, &self.mesh.triangles);
         self.coarse.triangles = self.mesh.triangles;
         self.coarse.with_positions(self.mesh.positions, sub_resolution)
     }
 }
-
-/// Up to this number of blocks, crossings are looked for among the triangles near what changed in them, not among all.
-const FEW_BOXES: usize = 32;
