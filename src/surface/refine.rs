@@ -7,8 +7,8 @@
 //! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. Where triangles
 //! cross at its border, the vertices there go back to the means of their crossings; then those that belong to sharp edges beyond their
 //! cells go there (`joined`). A block whose triangles cross others all the same is taken at a coarser level, or not at all. Large groups
-//! whose finer cells would be more than those of the whole surface are left out. If the volume moves away from those of the images,
-//! vertices do not go beyond their cells, and if that does not help, all blocks are given up.
+//! whose finer cells would be more than those of the whole surface are left out. If the volume moves away from what the images
+//! estimate, by more than the error of that, vertices do not go beyond their cells, and if that does not help, all blocks are given up.
 
 mod groups;
 mod joined;
@@ -26,6 +26,7 @@ use super::manifold::ManifoldReport;
 use super::part::{Block, Blocks, Part};
 use super::{Contoured, Coordinates, MOST_LAYERS, SubResolution, Surface, SurfaceError, contour_part, source_of};
 use crate::grid::FineBox;
+use crate::integrate::{AxisVolume, VolumeEstimate};
 use crate::ldi::{Ldi, Mode};
 use crate::parallel::*;
 use groups::{Group, groups};
@@ -60,6 +61,7 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
     if levels == 0 || lost.is_empty() {
         return Ok(plain.into_surface_that_lacks(sub_resolution));
     }
+    let estimate = VolumeEstimate::from_axes(&images.map(AxisVolume::of));
     let groups = groups(&source, &plain.dropped.pairs, &lost);
     let mut blocks = refined(&source, &groups, coordinates, levels.min(MOST_LEVELS), from)?;
     // A block that crosses the mesh around it is made coarser, and given up in the end.
@@ -76,7 +78,7 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
         if crossed.is_empty() {
             let finest = chosen.iter().map(|one| 1 << one.block.border.scale.levels).max().unwrap_or(0);
             let blocks = FinerBlocks { count: chosen.len() as u64, finest };
-            let is_near = |volume: f64| is_near_volume(images, plain.volume(), volume);
+            let is_near = |volume: f64| is_near_volume(&estimate, plain.volume(), volume);
             joined.move_beyond(coordinates.precision, |volume| !is_near(volume));
             let surface = Surface { blocks, ..joined.into_surface(&plain.dropped, coordinates.precision) };
             let SubResolution { walls, gaps, .. } = surface.sub_resolution;
@@ -99,17 +101,11 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
 /// Greatest share of the volume by which finer cells may take that of a mesh further from the images' volume.
 const FURTHER: f64 = 1e-3;
 
-/// Returns whether the volume of a refined mesh is not clearly further from those of the images than before: thin walls that end at
-/// blocks on all sides fall apart.
-fn is_near_volume(images: [&Ldi; 3], before: f64, after: f64) -> bool {
-    let volumes = images.map(|image| {
-        let grid = image.grid();
-        image.volume_sums().length() as f64 * grid.step() * grid.pitch() * grid.pitch()
-    });
-    let least = volumes.into_iter().fold(f64::INFINITY, f64::min);
-    let greatest = volumes.into_iter().fold(0.0, f64::max);
-    let away = |volume: f64| (least - volume).max(volume - greatest).max(0.0);
-    away(after) <= away(before) + FURTHER * greatest
+/// Returns whether the volume of a refined mesh is not clearly further from what the images estimate, within its error, than before:
+/// thin walls that end at blocks on all sides fall apart.
+fn is_near_volume(images: &VolumeEstimate, before: f64, after: f64) -> bool {
+    let away = |volume: f64| ((volume - images.value).abs() - images.error).max(0.0);
+    away(after) <= away(before) + FURTHER * images.value
 }
 
 /// The most levels of finer cells.
@@ -427,6 +423,22 @@ mod tests {
             (before, after) = (before + counts[0], after + counts[1]);
         }
         assert!(before > 80 && 8 * after < 3 * before, "{before} {after}");
+    }
+
+    #[test]
+    fn volumes_are_near_within_the_error_of_the_estimate() {
+        let images = VolumeEstimate { value: 10.0, error: 0.2 };
+        for (before, after, expected) in [
+            (10.0, 10.19, true),
+            (10.0, 9.81, true),
+            (10.0, 10.22, false),
+            (10.0, 9.78, false),
+            (10.5, 10.505, true),
+            (10.5, 10.52, false),
+            (10.5, 9.75, true),
+        ] {
+            assert_eq!(is_near_volume(&images, before, after), expected, "{before} {after}");
+        }
     }
 
     /// Crowds of cubes, most of which pass through others or reach beyond their blocks, on rasters down to one ray.
