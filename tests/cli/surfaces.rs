@@ -370,6 +370,8 @@ fn details_below_the_pitch_are_refined_where_there_are_finer_rays() {
     let plain = surface(&["--refine", "0"]);
     assert_eq!((&plain["components"], &plain["sub_resolution"]["gaps"]), (&1.into(), &1.into()), "{plain:#}");
     assert_eq!(plain["finer_blocks"], blocks(0, 0));
+    let hint = ["1 gap between", "raise --resolution, or leave out --refine 0 for finer cells there, to keep more"];
+    folder.run(&[&sampled[..], &["--refine", "0"]].concat()).code(0).warns(&hint);
     let fine = surface(&[]);
     assert_eq!((&fine["components"], &fine["sub_resolution"]["gaps"]), (&2.into(), &0.into()), "{fine:#}");
     assert_eq!(fine["finer_blocks"], blocks(1, 2));

@@ -33,6 +33,8 @@ pub struct SampledReport {
     pub gaps: u64,
     /// The blocks of finer cells where details needed them.
     pub blocks: FinerBlocks,
+    /// What would give finer cells, where they were not wanted, or there was too little memory.
+    pub to_refine: Option<&'static str>,
     /// The number of nodes about which the images disagree.
     pub disagreements: u64,
     /// The largest distance of a sample from the mesh before it was simplified.
@@ -113,7 +115,12 @@ pub fn mesh(
     // Finer cells are at most as many as the others, and the mesh without them is there at the same time.
     let has_room = memory::admit_mesh(3 * samples, grid, !within.is_zero(), limit).is_ok();
     let levels = if has_room { finish.refine.unwrap_or(Finish::LEVELS) } else { 0 };
-    let surface = contour([a, b, c], imaged, levels, coordinates)?;
+    let finer = imaged.finer.filter(|_| imaged.mode == Mode::Exact && imaged.normals.is_some());
+    let to_refine = finer.filter(|_| levels == 0).map(|_| match finish.refine {
+        Some(0) => "leave out --refine 0",
+        _ => "raise --memory",
+    });
+    let surface = contour([a, b, c], imaged, finer.filter(|_| levels > 0), levels, coordinates)?;
     let Surface { mesh, sub_resolution, blocks, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
@@ -137,6 +144,7 @@ pub fn mesh(
         walls: sub_resolution.walls,
         gaps: sub_resolution.gaps,
         blocks,
+        to_refine,
         disagreements,
         largest_distance: distance,
         blunted: stayed + pulled,
@@ -147,9 +155,15 @@ pub fn mesh(
     checked(mesh, precision, Made::Sampled(report), shares, recentred, progress)
 }
 
-/// Contours images, with finer cells where they lack details and there is something to sample again.
-fn contour(images: [&Ldi; 3], imaged: &Imaged, levels: u32, coordinates: Coordinates) -> Result<Surface, Error> {
-    match imaged.finer.filter(|_| levels > 0 && imaged.mode == Mode::Exact && imaged.normals.is_some()) {
+/// Contours images, with finer cells where they lack details, from what can be sampled again.
+fn contour(
+    images: [&Ldi; 3],
+    imaged: &Imaged,
+    finer: Option<Finer>,
+    levels: u32,
+    coordinates: Coordinates,
+) -> Result<Surface, Error> {
+    match finer {
         Some(finer) => {
             let mut sampler = None;
             let sample = |fine: &FineBox| {
@@ -218,9 +232,10 @@ pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     }
     let lost = sampled.walls + sampled.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
+        let way_out = sampled.to_refine.map_or(String::new(), |way| format!(", or {way} for finer cells there,"));
         let message = format!(
-            "the mesh lacks details thinner than the pitch: rays cross {} between two neighbouring nodes; raise --resolution to keep \
-             more",
+            "the mesh lacks details thinner than the pitch: rays cross {} between two neighbouring nodes; raise --resolution{way_out} \
+             to keep more",
             sampled.lost()
         );
         warnings.push(Warning::new("below-resolution", message));
