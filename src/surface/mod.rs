@@ -31,6 +31,7 @@
 //! cross twice or more nothing larger than a slab is held in memory, and the result depends neither on the height of slabs nor on threads.
 
 mod apart;
+mod bins;
 mod border;
 mod cells;
 mod cones;

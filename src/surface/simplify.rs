@@ -42,6 +42,7 @@ use thiserror::Error;
 use self::collapse::{NONE, Standing};
 use self::original::{along, inside};
 use self::patch::{Near, Patch, Share};
+use super::bins::Bins;
 use super::intersect::Placed;
 use super::manifold::{Faults, ManifoldFailure, ManifoldReport};
 use crate::box_tree::Box32;
@@ -74,9 +75,8 @@ const FLAT_PAIRS: usize = 2;
 /// Triangles with sides of more than this number of mean sides are measured at points of their own, too.
 const LARGE: f64 = 4.0;
 
-/// Up to this number of patches that changed or crossed, crossings are looked for among the triangles that touch their boxes, not
-/// among all.
-const FEW_PATCHES: usize = 32;
+/// Where at most one in this number of triangles is tested, crossings are looked for among those near them, not among all.
+const FEW: usize = 4;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
@@ -480,10 +480,7 @@ fn resolve(
         // A triangle that was restored may cross a new one.
         let is_tested = |(&patch, &is_new): (&u32, &bool)| is_in_open(patch) && (round > 1 || is_new);
         let is_tested: Vec<bool> = patch_of.iter().zip(&is_new).map(is_tested).collect();
-        let open = || division.patches.iter().zip(&is_open).filter(|(_, is_open)| **is_open);
-        let boxes = || open().map(|(patch, _)| box_of(patch.bounds(target), target.limits.precision)).collect();
-        let within: Option<Vec<Box32>> = (open().count() <= FEW_PATCHES).then(boxes);
-        let pairs = crossing(&mesh, [&is_new, &is_tested], within.as_deref(), target.limits.precision);
+        let pairs = crossing(&mesh, [&is_new, &is_tested], target.limits.precision);
         is_open.fill(false);
         let crossed = pairs.as_flattened().iter().map(|&triangle| patch_of[triangle as usize]);
         crossed.filter(|&patch| patch != NONE).for_each(|patch| is_open[patch as usize] = true);
@@ -515,7 +512,7 @@ fn resolve(
 /// Returns the number of pairs of triangles of a mesh that meet elsewhere than in what they share, exactly or rounded.
 pub fn crossing_pairs(mesh: &TriangleMesh, precision: Precision) -> u64 {
     let all = vec![true; mesh.triangles.len()];
-    crossing(mesh, [&all, &all], None, precision).len() as u64
+    crossing(mesh, [&all, &all], precision).len() as u64
 }
 
 /// Returns the corners of the new triangles of some pairs.
@@ -526,13 +523,8 @@ fn corners_of_new(pairs: &[[u32; 2]], mesh: &TriangleMesh, is_new: &[bool]) -> V
 }
 
 /// Returns the pairs of triangles that meet elsewhere than in what they share, exactly or rounded, of which at least one is new and at
-/// least one is tested. All that are tested, if any, touch one of the boxes `within`, if there are any given.
-pub(super) fn crossing(
-    mesh: &TriangleMesh,
-    [is_new, is_tested]: [&[bool]; 2],
-    within: Option<&[Box32]>,
-    precision: Precision,
-) -> Vec<[u32; 2]> {
+/// least one is tested.
+pub(super) fn crossing(mesh: &TriangleMesh, [is_new, is_tested]: [&[bool]; 2], precision: Precision) -> Vec<[u32; 2]> {
     checkpoint();
     let places = |vertex: u32| {
         let place = mesh.positions[vertex as usize];
@@ -543,13 +535,20 @@ pub(super) fn crossing(
         Box32::around(corners.into_iter().flatten())
     };
     let Some(bounds) = mesh.bounds().filter(|_| is_tested.contains(&true)) else { return Vec::new() };
+    let whole =
+        Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]));
     let numbers = (0..mesh.triangles.len() as u32).into_par_iter().with_min_len(1 << 10);
     let extents = numbers.map(|triangle| (triangle, extent(triangle)));
-    let near = match within {
-        None => Either::Left(extents),
-        Some(within) => Either::Right(extents.filter(|(_, extent)| within.iter().any(|other| other.touches(extent)))),
+    let tested = || (0..).zip(is_tested).filter(|(_, is_tested)| **is_tested).map(|(triangle, _)| triangle);
+    let near = match FEW * tested().count() <= mesh.triangles.len() {
+        false => Either::Left(extents),
+        true => {
+            let mut bins = Bins::new(&whole);
+            tested().for_each(|triangle| bins.add(&extent(triangle)));
+            Either::Right(extents.filter(move |(_, extent)| bins.may_touch(extent)))
+        }
     };
-    let tree = FaceTree::new(&box_of(bounds, precision), near, extent);
+    let tree = FaceTree::new(&whole, near, extent);
     let prepare = |place: usize| {
         let triangle = tree.faces()[place];
         (triangle, Placed::new(mesh.triangles[triangle as usize], precision, places))
@@ -560,11 +559,6 @@ pub(super) fn crossing(
         (is_new[one.0 as usize] && one.1.meets(&other.1)).then_some([one.0, other.0])
     };
     tree.own_pairs(|place| is_tested[tree.faces()[place] as usize], prepare, look)
-}
-
-/// Returns the box of places within another one, exact and rounded.
-fn box_of(bounds: Aabb, precision: Precision) -> Box32 {
-    Box32::around([bounds.min, bounds.max].into_iter().flat_map(|corner| [corner, precision.round(corner)]))
 }
 
 /// Locks vertices near places, in a neighbourhood that grows with the round. Returns for each patch whether it is affected.

@@ -11,12 +11,8 @@ use super::super::qef::Bounds;
 use super::super::simplify::{crossing, crossing_pairs};
 use super::super::{Contoured, SubResolution, Surface, SurfaceError};
 use super::Refined;
-use crate::box_tree::Box32;
 use crate::closest::squared_distance;
 use crate::mesh::{Precision, TriangleMesh};
-
-/// Up to this number of blocks, crossings are looked for among the triangles near what changed in them, not among all.
-const FEW_BOXES: usize = 32;
 
 /// The mesh around blocks with those of the blocks.
 pub struct Joined {
@@ -108,7 +104,7 @@ impl Joined {
     /// blocks whose triangles cross others all the same, in descending order.
     pub fn part(&mut self, precision: Precision) -> Vec<usize> {
         let all = self.beside_blocks();
-        let mut pairs = crossing(&self.mesh, [&all, &all], None, precision);
+        let mut pairs = crossing(&self.mesh, [&all, &all], precision);
         while !pairs.is_empty() {
             let mut back = Vec::new();
             for mover in self.movers_of(&pairs) {
@@ -243,17 +239,7 @@ impl Joined {
         let mut is_changed = vec![false; self.mesh.triangles.len()];
         let around = moved.iter().flat_map(|&mover| &self.around[&self.movers[mover].vertex]);
         around.chain(before.as_flattened()).for_each(|&triangle| is_changed[triangle as usize] = true);
-        // A box for the changed triangles of each block.
-        let mut boxes: HashMap<u32, Box32> = HashMap::new();
-        for triangle in (0..is_changed.len()).filter(|&triangle| is_changed[triangle]) {
-            let corners = self.mesh.triangles[triangle].map(|vertex| self.mesh.positions[vertex as usize]);
-            let around = Box32::around(corners.into_iter().flat_map(|corner| [corner, precision.round(corner)]));
-            let block = self.block_of[triangle].unwrap_or(u32::MAX);
-            boxes.entry(block).and_modify(|of_block| *of_block = of_block.union(around)).or_insert(around);
-        }
-        let boxes: Vec<Box32> = boxes.into_values().collect();
-        let within = (boxes.len() <= FEW_BOXES).then_some(&boxes[..]);
-        crossing(&self.mesh, [all, &is_changed], within, precision)
+        crossing(&self.mesh, [all, &is_changed], precision)
     }
 
     /// Returns the distance of a crossing from the triangles around the corners of its quadrilateral.
