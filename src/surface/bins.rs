@@ -52,12 +52,13 @@ mod tests {
     #[test]
     fn no_box_that_touches_another_is_left_out() {
         let mut random = Random::new(5);
-        let whole = Box32::around([DVec3::splat(-1.0), DVec3::splat(3.0)]);
-        // Also with sides of no length, and beyond the whole.
+        let whole = Box32::around([DVec3::new(-1.0, 0.0, -8.0), DVec3::new(3.0, 2.0, 8.0)]);
+        // Also with sides of no length, and beyond the whole; at multiples of a bin, so that many merely touch.
         let mut around = |size: f64| {
             let mut vector = || DVec3::from_array([0; 3].map(|_| random.share()));
             let (from, along) = (5.0 * vector() - 1.5, size * (vector() - 0.3).max(DVec3::ZERO));
-            Box32::around([from, from + along])
+            let [from, to] = [from, from + along].map(|at| (32.0 * at).round() / 32.0);
+            Box32::around([from, to])
         };
         let (mut touching, mut left_out) = (0, 0);
         for _ in 0..200 {

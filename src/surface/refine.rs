@@ -7,13 +7,14 @@
 //! A block is taken at the finest level that brings its mesh near more of the pairs that were dropped in its cells. Where triangles
 //! cross at its border, the vertices there go back to the means of their crossings; then those that belong to sharp edges beyond their
 //! cells go there (`joined`). A block whose triangles cross others all the same is taken at a coarser level, or not at all. Large groups
-//! whose finer cells would be more than those of the whole surface are left out. If the volume moves away from what the images
-//! estimate, by more than the error of that, vertices do not go beyond their cells, and if that does not help, all blocks are given up.
+//! whose finer cells would be more than those of the whole surface are left out. If the volume moves away from the images'
+//! estimate by more than the error of it, vertices do not go beyond their cells, and if that does not help, all blocks are given up.
 
 mod groups;
 mod joined;
 mod window;
 
+use std::cell::LazyCell;
 use std::collections::VecDeque;
 
 use glam::DVec3;
@@ -61,7 +62,7 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
     if levels == 0 || lost.is_empty() {
         return Ok(plain.into_surface_that_lacks(sub_resolution));
     }
-    let estimate = VolumeEstimate::from_axes(&images.map(AxisVolume::of));
+    let estimate = LazyCell::new(|| VolumeEstimate::from_axes(&images.map(AxisVolume::of)));
     let groups = groups(&source, &plain.dropped.pairs, &lost);
     let mut blocks = refined(&source, &groups, coordinates, levels.min(MOST_LEVELS), from)?;
     // A block that crosses the mesh around it is made coarser, and given up in the end.
@@ -98,14 +99,14 @@ pub(crate) fn contour_refined<E: From<SurfaceError>>(
     Ok(plain.into_surface_that_lacks(sub_resolution))
 }
 
-/// Greatest share of the volume by which finer cells may take that of a mesh further from the images' volume.
+/// Greatest share of the volume by which finer cells may take that of a mesh further from the estimate than its error.
 const FURTHER: f64 = 1e-3;
 
-/// Returns whether the volume of a refined mesh is not clearly further from what the images estimate, within its error, than before:
-/// thin walls that end at blocks on all sides fall apart.
-fn is_near_volume(images: &VolumeEstimate, before: f64, after: f64) -> bool {
-    let away = |volume: f64| ((volume - images.value).abs() - images.error).max(0.0);
-    away(after) <= away(before) + FURTHER * images.value
+/// Returns whether the volume of a refined mesh is within the error of an estimate, or not clearly further from it than before: thin
+/// walls that end at blocks on all sides fall apart.
+fn is_near_volume(estimate: &VolumeEstimate, before: f64, after: f64) -> bool {
+    let away = |volume: f64| ((volume - estimate.value).abs() - estimate.error).max(0.0);
+    away(after) <= away(before) + FURTHER * estimate.value.max(before)
 }
 
 /// The most levels of finer cells.
@@ -427,7 +428,7 @@ mod tests {
 
     #[test]
     fn volumes_are_near_within_the_error_of_the_estimate() {
-        let images = VolumeEstimate { value: 10.0, error: 0.2 };
+        let estimate = VolumeEstimate { value: 10.0, error: 0.2 };
         for (before, after, expected) in [
             (10.0, 10.19, true),
             (10.0, 9.81, true),
@@ -437,7 +438,7 @@ mod tests {
             (10.5, 10.52, false),
             (10.5, 9.75, true),
         ] {
-            assert_eq!(is_near_volume(&images, before, after), expected, "{before} {after}");
+            assert_eq!(is_near_volume(&estimate, before, after), expected, "{before} {after}");
         }
     }
 

@@ -76,7 +76,7 @@ const FLAT_PAIRS: usize = 2;
 const LARGE: f64 = 4.0;
 
 /// Where at most one in this number of triangles is tested, crossings are looked for among those near them, not among all.
-const FEW: usize = 4;
+const FEW_TESTED: usize = 4;
 
 /// After this number of rounds of a pass, patches with a failed check are restored.
 const ROUNDS: usize = 10;
@@ -540,7 +540,7 @@ pub(super) fn crossing(mesh: &TriangleMesh, [is_new, is_tested]: [&[bool]; 2], p
     let numbers = (0..mesh.triangles.len() as u32).into_par_iter().with_min_len(1 << 10);
     let extents = numbers.map(|triangle| (triangle, extent(triangle)));
     let tested = || (0..).zip(is_tested).filter(|(_, is_tested)| **is_tested).map(|(triangle, _)| triangle);
-    let near = match FEW * tested().count() <= mesh.triangles.len() {
+    let near = match FEW_TESTED * tested().count() <= mesh.triangles.len() {
         false => Either::Left(extents),
         true => {
             let mut bins = Bins::new(&whole);

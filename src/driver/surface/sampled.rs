@@ -33,8 +33,8 @@ pub struct SampledReport {
     pub gaps: u64,
     /// The blocks of finer cells where details needed them.
     pub blocks: FinerBlocks,
-    /// What would give finer cells, where they were not wanted, or there was too little memory.
-    pub to_refine: Option<&'static str>,
+    /// Whether the cells are those of the raster because there is too little memory for finer ones.
+    pub lacks_memory_to_refine: bool,
     /// The number of nodes about which the images disagree.
     pub disagreements: u64,
     /// The largest distance of a sample from the mesh before it was simplified.
@@ -54,6 +54,14 @@ impl SampledReport {
     pub fn lost(&self) -> String {
         let counted = |count: u64, name: &str| format!("{count} {name}{}", if count == 1 { "" } else { "s" });
         format!("{} and {}", counted(self.walls, "wall"), counted(self.gaps, "gap"))
+    }
+
+    /// Returns the options by which the mesh would keep more details, in words.
+    fn way_to_keep_more(&self) -> &'static str {
+        match self.lacks_memory_to_refine {
+            true => "raise --resolution, or --memory for finer cells, to keep more",
+            false => "raise --resolution to keep more",
+        }
     }
 }
 
@@ -114,13 +122,10 @@ pub fn mesh(
     let coordinates = Coordinates { precision, offset: recentred.unwrap_or_default() };
     // Finer cells are at most as many as the others, and the mesh without them is there at the same time.
     let has_room = memory::admit_mesh(3 * samples, grid, !within.is_zero(), limit).is_ok();
-    let levels = if has_room { finish.refine.unwrap_or(Finish::LEVELS) } else { 0 };
-    let finer = imaged.finer.filter(|_| imaged.mode == Mode::Exact && imaged.normals.is_some());
-    let to_refine = finer.filter(|_| levels == 0).map(|_| match finish.refine {
-        Some(0) => "leave out --refine 0",
-        _ => "raise --memory",
-    });
-    let surface = contour([a, b, c], imaged, finer.filter(|_| levels > 0), levels, coordinates)?;
+    let levels = finish.refine.unwrap_or(Finish::LEVELS);
+    let is_exact = imaged.mode == Mode::Exact && imaged.normals.is_some();
+    let finer = imaged.finer.filter(|_| levels > 0 && is_exact).map(|finer| (finer, levels));
+    let surface = contour([a, b, c], imaged, finer.filter(|_| has_room), coordinates)?;
     let Surface { mesh, sub_resolution, blocks, disagreements, distance, stayed, pulled, crossing_pairs, .. } = surface;
     let contoured_volume = mesh.signed_volume();
     let cut_off = if imaged.normals.is_some() { 0.0 } else { a.grid().pitch() * mesh.area() };
@@ -144,7 +149,7 @@ pub fn mesh(
         walls: sub_resolution.walls,
         gaps: sub_resolution.gaps,
         blocks,
-        to_refine,
+        lacks_memory_to_refine: finer.is_some() && !has_room,
         disagreements,
         largest_distance: distance,
         blunted: stayed + pulled,
@@ -155,16 +160,15 @@ pub fn mesh(
     checked(mesh, precision, Made::Sampled(report), shares, recentred, progress)
 }
 
-/// Contours images, with finer cells where they lack details, from what can be sampled again.
+/// Contours images; with finer cells where they lack details if there are solids to sample again, up to a number of levels.
 fn contour(
     images: [&Ldi; 3],
     imaged: &Imaged,
-    finer: Option<Finer>,
-    levels: u32,
+    finer: Option<(Finer, u32)>,
     coordinates: Coordinates,
 ) -> Result<Surface, Error> {
     match finer {
-        Some(finer) => {
+        Some((finer, levels)) => {
             let mut sampler = None;
             let sample = |fine: &FineBox| {
                 let sampler = match &mut sampler {
@@ -199,10 +203,11 @@ pub fn far_from_volume(imaged: &Imaged, report: &SurfaceReport) -> Option<Warnin
         };
         format!(
             "the mesh encloses a volume of {}, but the solid has {} ± {}: the mesh {lacks}widens walls and gaps below a fiftieth of \
-             the pitch; raise --resolution to keep more",
+             the pitch; {}",
             number(mesh),
             number(value),
             number(error),
+            sampled.way_to_keep_more(),
         )
     };
     is_far(value, error + cut_off, mesh).then(|| Warning::new("mesh-far-from-volume", message()))
@@ -232,11 +237,10 @@ pub fn warnings(report: &SurfaceReport, has_normals: bool) -> Vec<Warning> {
     }
     let lost = sampled.walls + sampled.gaps;
     if lost as f64 > NOTEWORTHY * report.vertices as f64 {
-        let way_out = sampled.to_refine.map_or(String::new(), |way| format!(", or {way} for finer cells there,"));
         let message = format!(
-            "the mesh lacks details thinner than the pitch: rays cross {} between two neighbouring nodes; raise --resolution{way_out} \
-             to keep more",
-            sampled.lost()
+            "the mesh lacks details thinner than the pitch: rays cross {} between two neighbouring nodes; {}",
+            sampled.lost(),
+            sampled.way_to_keep_more()
         );
         warnings.push(Warning::new("below-resolution", message));
     }

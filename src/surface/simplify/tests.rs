@@ -295,3 +295,25 @@ proptest! {
         prop_assert!(result.mesh.positions.iter().all(|p| given.contains(&p.to_array().map(f64::to_bits))));
     }
 }
+
+#[test]
+fn pairs_of_few_tested_triangles_are_those_among_all_pairs() {
+    let mut random = Random::new(11);
+    let mut vector = || DVec3::from_array([0; 3].map(|_| random.share()));
+    let positions: Vec<DVec3> = (0..400).flat_map(|_| [vector() * 4.0; 3].map(|at| at + vector())).collect();
+    let triangles: Vec<[u32; 3]> = (0..400).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let mesh = TriangleMesh { positions, triangles };
+    let new: Vec<bool> = (0..400).map(|i| i % 3 != 0).collect();
+    let pairs = |tested: &[bool]| {
+        let found = crossing(&mesh, [&new, tested], Precision::Single);
+        found.into_iter().map(|[a, b]| [a.min(b), a.max(b)]).collect::<BTreeSet<_>>()
+    };
+    let all = pairs(&[true; 400]);
+    for every in [2, 5, 40] {
+        let tested: Vec<bool> = (0..400).map(|i| i % every == 0).collect();
+        let expected: BTreeSet<_> =
+            all.iter().copied().filter(|pair| pair.iter().any(|&i| tested[i as usize])).collect();
+        assert!(expected.len() > 10);
+        assert_eq!(pairs(&tested), expected, "one in {every}");
+    }
+}
