@@ -56,18 +56,18 @@ mod tests {
         // Also with sides of no length, and beyond the whole; at multiples of a bin, so that many merely touch.
         let mut around = |size: f64| {
             let mut vector = || DVec3::from_array([0; 3].map(|_| random.share()));
-            let (from, along) = (5.0 * vector() - 1.5, size * (vector() - 0.3).max(DVec3::ZERO));
+            let (from, along) = (2.0 * vector() - 1.5, size * (vector() - 0.3).max(DVec3::ZERO));
             let [from, to] = [from, from + along].map(|at| (32.0 * at).round() / 32.0);
             Box32::around([from, to])
         };
         let (mut touching, mut left_out) = (0, 0);
         for _ in 0..200 {
-            let added: Vec<Box32> = (0..5).map(|_| around(0.8)).collect();
+            let added: Vec<Box32> = (0..5).map(|_| around(1.5)).collect();
             let mut bins = Bins::new(&whole);
             assert!(!added.iter().any(|one| bins.may_touch(one)));
             added.iter().for_each(|one| bins.add(one));
             for _ in 0..20 {
-                let other = around(0.5);
+                let other = around(1.0);
                 let touches = added.iter().any(|one| one.touches(&other));
                 assert!(!touches || bins.may_touch(&other), "{added:?} {other:?}");
                 touching += usize::from(touches);
