@@ -15,7 +15,7 @@ use crate::parallel::*;
 
 use super::{Ldi, Mode};
 use crate::allocation::zeroed;
-use crate::bits::{accumulate, accumulate_rows, flip, spread_row};
+use crate::bits::{accumulate, accumulate_rows, flip, is_set, spread_row};
 use crate::cancel::checkpoint;
 use crate::fixed::Pixels;
 use crate::grid::{Axis, Grid};
@@ -206,7 +206,7 @@ impl<'a> NodePlanes<'a> {
 impl NodeSlab {
     /// Returns the plane after the last.
     pub fn end(&self) -> i32 {
-        self.first + (self.bits.len() / (self.rows * self.words).max(1)) as i32
+        self.first + self.disagreements.len() as i32
     }
 
     /// Returns the number of words of a row: node `x` is bit `x + margin`.
@@ -223,6 +223,15 @@ impl NodeSlab {
     pub fn row(&self, row: usize, z: i32) -> &[u64] {
         let at = ((z - self.first) as usize * self.rows + row) * self.words;
         &self.bits[at..at + self.words]
+    }
+
+    /// Returns whether a node, with x and y counted with the margin, is inside; none beyond the slab is.
+    pub fn is_inside(&self, [x, y, z]: [i32; 3]) -> bool {
+        let has = |at: i32, count: usize| usize::try_from(at).is_ok_and(|at| at < count);
+        (self.first..self.end()).contains(&z)
+            && has(y, self.rows)
+            && has(x, 64 * self.words)
+            && is_set(self.row(y as usize, z), x as usize)
     }
 
     /// Returns the number of nodes of some planes about which the images disagree.

@@ -128,15 +128,17 @@ pub struct Sides<'a> {
 impl Border {
     /// Finds the loops of the cells beside a block, and places their vertices.
     pub fn new(sides: &Sides, beside: &CellSet, cuts: &Cuts) -> Border {
-        let mut beside: Vec<[i32; 3]> = beside.iter().copied().collect();
-        beside.sort_unstable();
         let mut tracer = Tracer { sides, cuts, joined: HashMap::new(), paired: HashMap::new() };
+        let mut beside: Vec<Outer> = beside.iter().map(|&cell| tracer.outer(cell)).collect();
+        beside.sort_unstable_by_key(|outer| outer.cell);
         tracer.propose(&beside);
-        let mut traced: CellMap<Traced> = beside.iter().map(|&cell| (cell, tracer.trace(cell))).collect();
+        let traced = beside.iter().map(|outer| (outer.cell, tracer.trace(outer)));
+        let mut traced: CellMap<Traced> = traced.filter(|(_, traced)| traced.count > 0).collect();
+        beside.retain(|outer| traced.contains_key(&outer.cell));
         tracer.mend(&beside, &mut traced);
         let joined = tracer.joined.iter().filter(|(_, joined)| **joined).map(|(face, _)| *face).collect();
         let mut border = Border { joined, ..Border::empty(sides.scale, sides.grid) };
-        for cell in beside {
+        for Outer { cell, .. } in beside {
             border.add(sides, cell, &traced[&cell]);
         }
         border
@@ -172,9 +174,6 @@ impl Border {
     }
 
     fn add(&mut self, sides: &Sides, cell: [i32; 3], traced: &Traced) {
-        if traced.count == 0 {
-            return;
-        }
         let first = self.vertices.len() as u32;
         let mut of_whole = [u16::MAX; 12];
         let mut points = vec![Vec::new(); traced.count as usize];
@@ -229,6 +228,33 @@ struct Traced {
     of_edge: BTreeMap<Edge, u16>,
 }
 
+/// A cell beside a block, with what its loops depend on.
+struct Outer {
+    cell: [i32; 3],
+    /// Its corners that are inside, as bits.
+    inside: u8,
+    /// Which of the 27 cells around it and of its own are replaced, as bits, that of x before y before z.
+    replaced: u32,
+}
+
+impl Outer {
+    /// Returns whether the cell at a distance of at most one along each axis is replaced.
+    fn is_replaced(&self, [x, y, z]: [i32; 3]) -> bool {
+        self.replaced >> (x + 1 + 3 * (y + 1) + 9 * (z + 1)) & 1 == 1
+    }
+
+    /// Returns whether finer cells share a face.
+    fn is_shared(&self, axis: usize, side: usize) -> bool {
+        self.is_replaced(moved([0; 3], axis, 2 * side as i32 - 1))
+    }
+
+    /// Returns whether no finer cell has a part of an edge.
+    fn is_whole(&self, edge: usize) -> bool {
+        let (axis, low) = edge_of([0; 3], edge);
+        cells_around(axis, low).iter().all(|(cell, _)| !self.is_replaced(*cell))
+    }
+}
+
 /// Follows arcs on the faces of cells beside a block.
 struct Tracer<'a> {
     sides: &'a Sides<'a>,
@@ -245,14 +271,15 @@ fn moved(mut cell: [i32; 3], axis: usize, by: i32) -> [i32; 3] {
 }
 
 impl Tracer<'_> {
-    /// Returns the sides of a cell that finer cells share, by axis and side.
-    fn shared(&self, cell: [i32; 3]) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let all = (0..6).map(|face| (face / 2, face % 2));
-        all.filter(move |&(axis, side)| self.sides.replaced.contains(&moved(cell, axis, 2 * side as i32 - 1)))
+    fn outer(&self, cell: [i32; 3]) -> Outer {
+        let around = (0..27).map(|i| std::array::from_fn(|axis| cell[axis] + i / 3i32.pow(axis as u32) % 3 - 1));
+        let is_replaced = |(i, cell): (u32, [i32; 3])| u32::from(self.sides.replaced.contains(&cell)) << i;
+        let replaced = (0..).zip(around).map(is_replaced).sum();
+        Outer { cell, inside: self.sides.source.corners_inside(cell), replaced }
     }
 
     /// Returns the finer cells within a cell that lie on a face of it.
-    fn behind(&self, cell: [i32; 3], axis: usize, side: usize) -> impl Iterator<Item = [i32; 3]> {
+    fn behind(&self, cell: [i32; 3], axis: usize, side: usize) -> impl Iterator<Item = [i32; 3]> + use<> {
         let (first, parts) = (self.sides.scale.fine(cell), self.sides.scale.parts());
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         (0..parts * parts).map(move |at| {
@@ -273,11 +300,11 @@ impl Tracer<'_> {
         })
     }
 
-    fn propose(&mut self, beside: &[[i32; 3]]) {
-        for &cell in beside {
-            let shared: Vec<(usize, usize)> = self.shared(cell).collect();
-            for (axis, side) in shared {
-                for fine in self.behind(cell, axis, side).collect::<Vec<_>>() {
+    fn propose(&mut self, beside: &[Outer]) {
+        for outer in beside {
+            let sides = (0..6).map(|face| (face / 2, face % 2));
+            for (axis, side) in sides.filter(|&(axis, side)| outer.is_shared(axis, side)) {
+                for fine in self.behind(outer.cell, axis, side) {
                     let inside = self.inside_of_face(fine, axis, side);
                     if is_ambiguous(inside, axis, side) {
                         let face = (moved(fine, axis, side as i32), axis);
@@ -292,7 +319,11 @@ impl Tracer<'_> {
     /// Returns the arcs on a part of a face, from edge to edge.
     fn arcs_of_part(&self, fine: [i32; 3], axis: usize, side: usize) -> Vec<[Edge; 2]> {
         let inside = self.inside_of_face(fine, axis, side);
-        let is_joined = self.joined.get(&(moved(fine, axis, side as i32), axis)).copied().unwrap_or(false);
+        if inside == 0 || inside.count_ones() == 4 {
+            return Vec::new();
+        }
+        let is_joined = is_ambiguous(inside, axis, side)
+            && self.joined.get(&(moved(fine, axis, side as i32), axis)).copied().unwrap_or(false);
         let signs = Signs { inside, joined: u8::from(is_joined) << (2 * axis + side), cut: 0 };
         let edge = |crossing: usize| {
             let (axis, node) = edge_of(fine, crossing);
@@ -302,12 +333,12 @@ impl Tracer<'_> {
     }
 
     /// Returns the arcs on a face that is whole, although its edges may not be.
-    fn arcs_of_face(&self, cell: [i32; 3], axis: usize, side: usize) -> Vec<[Edge; 2]> {
-        if let Some(arcs) = self.paired.get(&(moved(cell, axis, side as i32), axis)) {
+    fn arcs_of_face(&self, outer: &Outer, axis: usize, side: usize) -> Vec<[Edge; 2]> {
+        if let Some(arcs) = self.paired.get(&(moved(outer.cell, axis, side as i32), axis)) {
             // From below, arcs run the other way.
             return arcs.iter().map(|&[from, to]| if side == 0 { [from, to] } else { [to, from] }).collect();
         }
-        let crossings = self.around(cell, axis, side);
+        let crossings = self.around(outer, axis, side);
         let count = crossings.len();
         let leaving = (0..count).filter(|&i| crossings[i].1);
         leaving.map(|i| [crossings[i].0, crossings[(i + count - 1) % count].0]).collect()
@@ -315,41 +346,48 @@ impl Tracer<'_> {
 
     /// Walks around a face counter-clockwise, seen from outside, and returns the crossed edges and whether the walk leaves the inside
     /// there.
-    fn around(&self, cell: [i32; 3], axis: usize, side: usize) -> Vec<(Edge, bool)> {
-        let Sides { source, fine, scale, replaced, .. } = self.sides;
+    fn around(&self, outer: &Outer, axis: usize, side: usize) -> Vec<(Edge, bool)> {
+        let Sides { fine, scale, .. } = self.sides;
         let corners = face_corners(axis, side);
         let mut found = Vec::new();
         for i in 0..4 {
             let (from, to) = (corners[i], corners[(i + 1) % 4]);
-            let (along, node) = edge_of(cell, edge_between(from, to));
-            let is_whole = cells_around(along, node).iter().all(|(cell, _)| !replaced.contains(cell));
-            let (steps, source, start) =
-                if is_whole { (1, *source, node) } else { (scale.parts(), *fine, scale.fine(node)) };
-            let at = |step: i32| moved(start, along, step);
-            let signs: Vec<bool> = (0..=steps).map(|step| source.is_inside(at(step))).collect();
-            let mut of_edge: Vec<(Edge, bool)> = (0..steps)
-                .filter(|&step| signs[step as usize] != signs[step as usize + 1])
-                .map(|step| (Edge { is_whole, axis: along, node: at(step) }, signs[step as usize]))
-                .collect();
-            if from > to {
-                of_edge.reverse();
-                of_edge.iter_mut().for_each(|(_, leaves)| *leaves = !*leaves);
+            let edge = edge_between(from, to);
+            let (along, node) = edge_of(outer.cell, edge);
+            if outer.is_whole(edge) {
+                let [leaves, enters] = [from, to].map(|corner| outer.inside >> corner & 1 == 1);
+                if leaves != enters {
+                    found.push((Edge { is_whole: true, axis: along, node }, leaves));
+                }
+                continue;
             }
-            found.extend(of_edge);
+            let first = found.len();
+            let start = scale.fine(node);
+            let mut is_inside = fine.is_inside(start);
+            for step in 0..scale.parts() {
+                let leaves = std::mem::replace(&mut is_inside, fine.is_inside(moved(start, along, step + 1)));
+                if leaves != is_inside {
+                    found.push((Edge { is_whole: false, axis: along, node: moved(start, along, step) }, leaves));
+                }
+            }
+            if from > to {
+                found[first..].reverse();
+                found[first..].iter_mut().for_each(|(_, leaves)| *leaves = !*leaves);
+            }
         }
         found
     }
 
-    fn trace(&self, cell: [i32; 3]) -> Traced {
+    fn trace(&self, outer: &Outer) -> Traced {
         let mut next: BTreeMap<Edge, Edge> = BTreeMap::new();
         for face in 0..6 {
             let (axis, side) = (face / 2, face % 2);
-            let is_shared = self.sides.replaced.contains(&moved(cell, axis, 2 * side as i32 - 1));
-            let arcs: Vec<[Edge; 2]> = match is_shared {
-                true => self.behind(cell, axis, side).flat_map(|fine| self.arcs_of_part(fine, axis, side)).collect(),
-                false => self.arcs_of_face(cell, axis, side),
-            };
-            next.extend(arcs.into_iter().map(|[from, to]| (from, to)));
+            if outer.is_shared(axis, side) {
+                let parts = self.behind(outer.cell, axis, side);
+                next.extend(parts.flat_map(|fine| self.arcs_of_part(fine, axis, side)).map(|[from, to]| (from, to)));
+            } else {
+                next.extend(self.arcs_of_face(outer, axis, side).into_iter().map(|[from, to]| (from, to)));
+            }
         }
         let mut traced = Traced { count: 0, of_edge: BTreeMap::new() };
         for &start in next.keys() {
@@ -367,13 +405,13 @@ impl Tracer<'_> {
 
     /// Pairs arcs otherwise on faces where four polygons would meet in one edge. Two arcs of one loop that exchange their ends split it,
     /// and no other loop changes, so that what was paired stays right.
-    fn mend(&mut self, beside: &[[i32; 3]], traced: &mut CellMap<Traced>) {
-        for &cell in beside {
+    fn mend(&mut self, beside: &[Outer], traced: &mut CellMap<Traced>) {
+        for outer @ &Outer { cell, .. } in beside {
             for face in 0..6 {
                 let (axis, side) = (face / 2, face % 2);
                 let other = moved(cell, axis, 2 * side as i32 - 1);
-                if self.sides.replaced.contains(&other) {
-                    for fine in self.behind(cell, axis, side).collect::<Vec<_>>() {
+                if outer.is_shared(axis, side) {
+                    for fine in self.behind(cell, axis, side) {
                         let key = (moved(fine, axis, side as i32), axis);
                         let Some(&is_joined) = self.joined.get(&key) else { continue };
                         let arcs = self.arcs_of_part(fine, axis, side);
@@ -383,11 +421,11 @@ impl Tracer<'_> {
                         let across = |edge: &Edge| u16::from(of_beyond[number(beyond, edge)]);
                         if same(&arcs, own) && same(&arcs, across) {
                             self.joined.insert(key, !is_joined);
-                            traced.insert(cell, self.trace(cell));
+                            traced.insert(cell, self.trace(outer));
                         }
                     }
                 } else if side == 0 && traced.contains_key(&other) {
-                    let mut arcs = self.arcs_of_face(cell, axis, side);
+                    let mut arcs = self.arcs_of_face(outer, axis, side);
                     let loops = |traced: &CellMap<Traced>, [from, _]: &[Edge; 2]| {
                         [cell, other].map(|cell| traced[&cell].of_edge[from])
                     };
@@ -398,8 +436,8 @@ impl Tracer<'_> {
                     while let Some((i, j)) = find(traced, &arcs) {
                         (arcs[i][1], arcs[j][1]) = (arcs[j][1], arcs[i][1]);
                         self.paired.insert((cell, axis), arcs.clone());
-                        traced.insert(cell, self.trace(cell));
-                        traced.insert(other, self.trace(other));
+                        traced.insert(cell, self.trace(outer));
+                        traced.insert(other, self.trace(&self.outer(other)));
                     }
                 }
             }

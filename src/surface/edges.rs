@@ -149,6 +149,8 @@ pub struct Source<'a> {
     pub images: [&'a Ldi; 3],
     pub normals: Option<&'a [[f32; 3]]>,
     pub mode: Mode,
+    /// All nodes, with a margin of one; `None` where they are too many, and each is looked for on its rays.
+    pub nodes: Option<&'a NodeSlab>,
 }
 
 impl EdgeSlab {
@@ -209,8 +211,8 @@ impl EdgeSlab {
         })
     }
 
-    pub fn is_inside(&self, [x, y, z]: [i32; 3]) -> bool {
-        is_set(self.nodes.row(y as usize, z), x as usize)
+    pub fn is_inside(&self, node: [i32; 3]) -> bool {
+        self.nodes.is_inside(node)
     }
 }
 
@@ -465,6 +467,9 @@ impl Source<'_> {
 
     /// Returns whether a node is inside.
     pub fn is_inside(&self, node: [i32; 3]) -> bool {
+        if let Some(nodes) = self.nodes {
+            return nodes.is_inside(node);
+        }
         let inside = (0..3).filter(|&axis| self.before(axis, node).is_some_and(|before| before % 2 == 1)).count();
         match self.mode {
             Mode::OVER => inside > 0,

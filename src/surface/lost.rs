@@ -106,7 +106,7 @@ mod tests {
             let (images, normals) = (surface_images(&solid), solid.normals());
             let images = images.each_ref();
             let planes = NodePlanes::new(images, Mode::Exact).unwrap();
-            let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact };
+            let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact, nodes: None };
             let slab = EdgeSlab::new(&source, &Cuts::of_thin(&source, Part::Whole), -1..grid.rays()[2] as i32);
             assert!(slab.dropped.pairs.len() > 20, "{}", slab.dropped.pairs.len());
             let surface = contour(images, Some(&normals), Mode::Exact).unwrap();
@@ -126,7 +126,7 @@ mod tests {
         let (images, normals) = (surface_images(&solid), solid.normals());
         let images = images.each_ref();
         let planes = NodePlanes::new(images, Mode::Exact).unwrap();
-        let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact };
+        let source = Source { planes, images, normals: Some(&normals), mode: Mode::Exact, nodes: None };
         let (cuts, layers) = (Cuts::of_thin(&source, Part::Whole), -1..grid.rays()[2] as i32);
         let slab = EdgeSlab::new(&source, &cuts, layers.clone());
         let kept = layers.clone().flat_map(|k| (0..3).map(move |axis| (axis, k)));

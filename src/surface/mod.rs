@@ -180,7 +180,7 @@ fn source_of<'a>(
     let planes = NodePlanes::new(images, mode)?;
     let along = |axis| planes.image(axis).ok_or(SurfaceError::MissingAxis { axis });
     let images = [along(Axis::X)?, along(Axis::Y)?, along(Axis::Z)?];
-    Ok(Source { planes, images, normals, mode })
+    Ok(Source { planes, images, normals, mode, nodes: None })
 }
 
 /// Contours some of the cells by slabs of at most some layers.

@@ -198,6 +198,8 @@ fn refined<E: From<SurfaceError>>(
                 let (window, group) = (&windows[number], &groups[of_windows[number]]);
                 let images = batch.of_window(&images, window);
                 let fine = source_of(images.each_ref(), normals, Mode::Exact)?;
+                let nodes = fine.planes.slab(0..fine.planes.grid().rays()[2] as i32, 1);
+                let fine = Source { nodes: Some(&nodes), ..fine };
                 let one = match agree(source, &fine, window.scale, group) {
                     true => Some(refine(source, group, window.scale, fine, coordinates)?),
                     false => None,

@@ -32,11 +32,11 @@ fn neighbours_by_faces(cell: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
     neighbours(cell).filter(move |other| (0..3).filter(|&i| cell[i] != other[i]).count() < 2)
 }
 
-/// Returns the cells that share a face or an edge with some, without those.
-fn beside(cells: &CellSet) -> CellSet {
+/// Returns the cells that share a face or an edge with some, and are not among all that are replaced.
+fn beside(cells: &CellSet, replaced: &CellSet) -> CellSet {
     let shares = |cell: [i32; 3], other: &[i32; 3]| (0..3).any(|i| cell[i] == other[i]);
     let of_cell = |&cell: &[i32; 3]| neighbours(cell).filter(move |other| shares(cell, other));
-    cells.iter().flat_map(of_cell).filter(|cell| !cells.contains(cell)).collect()
+    cells.iter().flat_map(of_cell).filter(|cell| !replaced.contains(cell)).collect()
 }
 
 /// Returns the cells to be replaced around lost pairs, in groups that share no cell beside them.
@@ -47,23 +47,22 @@ pub fn groups(source: &Source, dropped: &[DroppedPair], lost: &[usize]) -> Vec<G
         cells_around(axis, node).map(|(cell, _)| cell)
     });
     let mut cells: CellSet = around.flat_map(neighbours_by_faces).collect();
-    // What is cut or ambiguous beside them is replaced, too.
-    loop {
+    // What is cut or ambiguous beside them is replaced, too; the more is replaced, the fewer faces beside it are whole.
+    let mut beside_last: Vec<[i32; 3]> = beside(&cells, &cells).into_iter().collect();
+    while !beside_last.is_empty() {
         checkpoint();
-        let beside: Vec<[i32; 3]> = beside(&cells).into_iter().collect();
         let is_intricate = |&cell: &[i32; 3]| is_intricate(source, &cuts, &cells, cell);
-        let more: Vec<[i32; 3]> = beside.into_par_iter().filter(is_intricate).collect();
-        if more.is_empty() {
-            break;
-        }
-        cells.extend(more);
+        let more: CellSet = beside_last.into_par_iter().filter(is_intricate).collect::<Vec<_>>().into_iter().collect();
+        cells.extend(&more);
+        beside_last = beside(&more, &cells).into_iter().collect();
     }
     let sorted: Vec<[i32; 3]> = cells.iter().copied().collect::<BTreeSet<_>>().into_iter().collect();
     let number: CellMap<u32> = sorted.iter().copied().zip(0..).collect();
     let sets = UnionFind::new(sorted.len() as u32);
     for (&cell, own) in sorted.iter().zip(0..) {
-        for i in 0..125 {
-            let other = [cell[0] + i % 5 - 2, cell[1] + i / 5 % 5 - 2, cell[2] + i / 25 - 2];
+        // Those before it in order.
+        for i in 0..62 {
+            let other = [cell[0] + i / 25 - 2, cell[1] + i / 5 % 5 - 2, cell[2] + i % 5 - 2];
             if let Some(&other) = number.get(&other) {
                 sets.join(own, other);
             }
@@ -78,8 +77,10 @@ pub fn groups(source: &Source, dropped: &[DroppedPair], lost: &[usize]) -> Vec<G
         });
         groups[group].insert(cell);
     }
-    let mut groups: Vec<Group> =
-        groups.into_iter().map(|cells| Group { beside: beside(&cells), cells, pairs: Vec::new(), lost: 0 }).collect();
+    let mut groups: Vec<Group> = groups
+        .into_par_iter()
+        .map(|cells| Group { beside: beside(&cells, &cells), cells, pairs: Vec::new(), lost: 0 })
+        .collect();
     let group_of = |pair: &DroppedPair| {
         let (axis, node) = pair.edge();
         cells_around(axis, node).iter().find_map(|(cell, _)| Some(of_root[&sets.find(*number.get(cell)?)]))

@@ -7,12 +7,14 @@ use glam::DVec3;
 use super::super::cells::{MARGIN, grid_bounds, world_from_cells};
 use super::super::edges::Dropped;
 use super::super::features::{APART, Taken, holds_node};
+use super::super::manifold::Stars;
 use super::super::qef::Bounds;
 use super::super::simplify::{crossing, crossing_pairs};
 use super::super::{Contoured, SubResolution, Surface, SurfaceError};
 use super::Refined;
 use crate::closest::squared_distance;
 use crate::mesh::{Precision, TriangleMesh};
+use crate::parallel::*;
 
 /// The mesh around blocks with those of the blocks.
 pub struct Joined {
@@ -28,8 +30,7 @@ pub struct Joined {
     movers: Vec<Mover>,
     /// The crossings of edges whose quadrilaterals hold any of these, and the corners.
     beside: Vec<(DVec3, [u32; 4])>,
-    /// The triangles around each of these vertices and corners.
-    around: HashMap<u32, Vec<u32>>,
+    stars: Stars,
 }
 
 /// A vertex of a border, with the places to which it may move, in coordinates of cells.
@@ -83,21 +84,16 @@ impl Joined {
             coarse.stayed += mesh.stayed;
             coarse.pulled += mesh.pulled;
         }
-        if u32::try_from(cells.len().max(triangles.len())).is_err() {
+        if u32::try_from(cells.len().max(3 * triangles.len())).is_err() {
             return Err(SurfaceError::TooLarge { limit: u32::MAX });
         }
-        let corners = beside.iter().flat_map(|(_, corners)| corners.iter().copied());
-        let listed = corners.chain(movers.iter().map(|mover| mover.vertex));
-        let mut around: HashMap<u32, Vec<u32>> = listed.map(|vertex| (vertex, Vec::new())).collect();
-        let mut is_listed = vec![false; cells.len()];
-        around.keys().for_each(|&vertex| is_listed[vertex as usize] = true);
-        for (triangle, indices) in (0..).zip(&triangles) {
-            for vertex in indices.iter().filter(|vertex| is_listed[**vertex as usize]) {
-                around.entry(*vertex).and_modify(|around| around.push(triangle));
-            }
-        }
         let mesh = TriangleMesh { positions: world, triangles };
-        Ok(Joined { coarse, cells, mesh, block_of, movers, beside, around })
+        Ok(Joined { coarse, cells, stars: Stars::of(&mesh), mesh, block_of, movers, beside })
+    }
+
+    /// Returns the triangles around a vertex, in no order.
+    fn around(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+        self.stars.corners_at(vertex as usize).iter().map(|corner| corner / 3)
     }
 
     /// Separates triangles that cross one another: vertices of borders go back to their means, if no node changes its side. Returns the
@@ -195,8 +191,8 @@ impl Joined {
         }
         let mut found: BTreeSet<usize> = open.iter().copied().collect();
         while let Some(mover) = open.pop() {
-            let around = self.around[&self.movers[mover].vertex].iter();
-            let corners = around.flat_map(|&triangle| self.mesh.triangles[triangle as usize]);
+            let around = self.around(self.movers[mover].vertex);
+            let corners = around.flat_map(|triangle| self.mesh.triangles[triangle as usize]);
             let beside = corners.filter_map(|corner| of_vertex.get(&corner).copied());
             open.extend(beside.filter(|&other| found.insert(other)));
         }
@@ -207,7 +203,7 @@ impl Joined {
     fn may_go(&self, mover: usize, to: DVec3) -> bool {
         let vertex = self.movers[mover].vertex;
         let from = self.cells[vertex as usize];
-        self.around[&vertex].iter().all(|&triangle| {
+        self.around(vertex).all(|triangle| {
             let others = self.mesh.triangles[triangle as usize].into_iter().filter(|&other| other != vertex);
             let mut corners = [from, to, DVec3::ZERO, DVec3::ZERO];
             corners[2..].iter_mut().zip(others).for_each(|(corner, other)| *corner = self.cells[other as usize]);
@@ -237,22 +233,23 @@ impl Joined {
         precision: Precision,
     ) -> Vec<[u32; 2]> {
         let mut is_changed = vec![false; self.mesh.triangles.len()];
-        let around = moved.iter().flat_map(|&mover| &self.around[&self.movers[mover].vertex]);
-        around.chain(before.as_flattened()).for_each(|&triangle| is_changed[triangle as usize] = true);
+        let around = moved.iter().flat_map(|&mover| self.around(self.movers[mover].vertex));
+        let changed = around.chain(before.as_flattened().iter().copied());
+        changed.for_each(|triangle| is_changed[triangle as usize] = true);
         crossing(&self.mesh, [all, &is_changed], precision)
     }
 
     /// Returns the distance of a crossing from the triangles around the corners of its quadrilateral.
     fn distance(&self, (crossing, corners): &(DVec3, [u32; 4])) -> f64 {
-        let around = corners.iter().flat_map(|vertex| &self.around[vertex]);
-        let places = |&triangle: &u32| self.mesh.triangles[triangle as usize].map(|vertex| self.cells[vertex as usize]);
+        let around = corners.iter().flat_map(|&vertex| self.around(vertex));
+        let places = |triangle: u32| self.mesh.triangles[triangle as usize].map(|vertex| self.cells[vertex as usize]);
         let squared = around.map(|triangle| squared_distance(*crossing, places(triangle)));
         squared.fold(f64::INFINITY, f64::min).sqrt()
     }
 
     /// Returns the surface; of the pairs of crossings that were dropped before there were blocks, it counts those that it lacks.
     pub fn into_surface(mut self, dropped: &Dropped, precision: Precision) -> Surface {
-        let distance = self.beside.iter().map(|quad| self.distance(quad)).fold(0.0, f64::max);
+        let distance = self.beside.par_iter().map(|quad| self.distance(quad)).reduce(|| 0.0, f64::max);
         self.coarse.distance = self.coarse.distance.max(distance as f32);
         if self.coarse.crossing_pairs > 0 {
             // Those beside blocks cross no more.
