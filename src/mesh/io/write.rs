@@ -27,7 +27,7 @@ pub struct Written {
 /// | STL, binary | rounded to 32 bits | a remark in the header |
 /// | OBJ, OFF, text | the same `f64` when read back | a remark |
 /// | PLY, binary | `f64` | a remark |
-/// | GLB | scaled to metres, then rounded to 32 bits | metres, glTF's only one; assumed if none is given |
+/// | GLB | rounded to 32 bits | metres, glTF's only one, by the scale of the node; assumed if none is given |
 /// | 3MF | the same `f64` when read back; lib3mf keeps 32 bits | its own; millimetres if none is given, the default of 3MF |
 ///
 /// Remarks are for people: no program is known to read them. Vertices and triangles keep their order; in 3MF, vertices
@@ -56,8 +56,8 @@ pub fn write_at(
         #[cfg(feature = "stl")]
         Format::Stl => {
             super::stl::check(path, mesh)?;
-            target.check_single_precision(1.0)?;
-            target.check_rounding(1.0)?;
+            target.check_single_precision()?;
+            target.check_rounding()?;
             written.notes.extend(target.rounding());
             output::replace(path, |file| super::stl::write(file, mesh, unit))
         }
@@ -71,8 +71,8 @@ pub fn write_at(
         Format::Glb => {
             let unit = written.unit_or(LengthUnit::Metre, format);
             target.check_finite()?;
-            target.check_single_precision(unit.metres())?;
-            target.check_rounding(unit.metres())?;
+            target.check_single_precision()?;
+            target.check_rounding()?;
             written.notes.extend(target.rounding());
             written.unit = Some(LengthUnit::Metre);
             let file = super::gltf::Glb::new(mesh, unit.metres(), place);
@@ -154,9 +154,9 @@ impl Target<'_> {
         }
     }
 
-    /// Checks that finite coordinates stay finite as 32-bit numbers, after scaling.
-    fn check_single_precision(&self, scale: f64) -> Result<(), WriteError> {
-        match self.first(|value| value.is_finite() && !((value * scale) as f32).is_finite()) {
+    /// Checks that finite coordinates stay finite as 32-bit numbers.
+    fn check_single_precision(&self) -> Result<(), WriteError> {
+        match self.first(|value| value.is_finite() && !(value as f32).is_finite()) {
             None => Ok(()),
             Some((position, value)) => {
                 Err(WriteError::Overflow { path: self.path.to_path_buf(), format: self.format, position, value })
@@ -181,11 +181,11 @@ impl Target<'_> {
         Err(WriteError::TooManyBytes { path: self.path.to_path_buf(), format: self.format, bytes, limit })
     }
 
-    /// Checks that rounding to 32 bits, after scaling, preserves the shape of the mesh.
-    fn check_rounding(&self, scale: f64) -> Result<(), WriteError> {
+    /// Checks that rounding to 32 bits preserves the shape of the mesh.
+    fn check_rounding(&self) -> Result<(), WriteError> {
         let Some(WriteNote::CoordinatesRounded { moved, size, .. }) = self.rounding() else { return Ok(()) };
         let mut rounded = self.mesh.clone();
-        rounded.positions.iter_mut().for_each(|p| *p = Precision::Single.round(*p * scale) / scale);
+        rounded.positions.iter_mut().for_each(|p| *p = Precision::Single.round(*p));
         let is_collapsed = |mesh: &TriangleMesh, triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|index| mesh.positions[index as usize]);
             a == b || b == c || c == a
@@ -207,8 +207,9 @@ impl Target<'_> {
     fn rounding(&self) -> Option<WriteNote> {
         let bounds = self.mesh.bounds()?;
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        // Half a unit in the last place of 24 bits.
-        let moved = farthest * f64::from(f32::EPSILON) / 2.0;
+        // Half a unit in the last place of 24 bits, or of the least numbers.
+        let least = f64::from(f32::MIN_POSITIVE);
+        let moved = if farthest > 0.0 { farthest.max(least) * f64::from(f32::EPSILON) / 2.0 } else { 0.0 };
         let size = bounds.extent().max_element();
         let format = self.format;
         (moved > ROUNDING_TOLD * size).then_some(WriteNote::CoordinatesRounded { format, moved, size })

@@ -1,7 +1,8 @@
-//! The GLB writer: one node with one mesh of triangles, in metres.
+//! The GLB writer: one node with one mesh of triangles.
 //!
-//! glTF has no unit but the metre, so coordinates are scaled to it; positions have 32 bits. Normals are left out, so
-//! that viewers shade each triangle flat. Axes are not turned: y stays y, though glTF defines it as up.
+//! glTF has no unit but the metre, so the node scales the mesh to it. Positions are in the mesh's own unit, with 32 bits:
+//! scaled and rounded again, two that differ could become one. Normals are left out, so that viewers shade each triangle
+//! flat. Axes are not turned: y stays y, though glTF defines it as up.
 
 use std::io::{self, Write};
 
@@ -20,18 +21,17 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// A file before it is written: the document, and the mesh for the binary chunk.
 pub(in super::super) struct Glb<'m> {
     mesh: &'m TriangleMesh,
-    metres: f64,
     document: Vec<u8>,
 }
 
 impl<'m> Glb<'m> {
-    /// Lays out a mesh, relative to a place, whose unit is this many metres. All coordinates are finite, also as 32-bit
-    /// metres.
+    /// Lays out a mesh, relative to a place, whose unit is this many metres. All coordinates are finite, also with 32
+    /// bits.
     pub(in super::super) fn new(mesh: &'m TriangleMesh, metres: f64, place: DVec3) -> Glb<'m> {
         let mut document = document(mesh, metres, place).to_string().into_bytes();
         // The length of a chunk is a multiple of 4 bytes.
         document.resize(document.len().next_multiple_of(4), b' ');
-        Glb { mesh, metres, document }
+        Glb { mesh, document }
     }
 
     fn index_bytes(&self) -> u64 {
@@ -66,15 +66,9 @@ impl<'m> Glb<'m> {
             bytes.extend_from_slice(triangle.map(u32::to_le_bytes).as_flattened());
         })?;
         write_each(out, &self.mesh.positions, |position, bytes| {
-            let position = in_metres(*position, self.metres);
-            bytes.extend_from_slice(position.to_array().map(f32::to_le_bytes).as_flattened());
+            bytes.extend_from_slice(position.as_vec3().to_array().map(f32::to_le_bytes).as_flattened());
         })
     }
-}
-
-/// Converts a position to the one in the file.
-pub(in super::super) fn in_metres(position: DVec3, metres: f64) -> Vec3 {
-    (position * metres).as_vec3()
 }
 
 fn document(mesh: &TriangleMesh, metres: f64, place: DVec3) -> Value {
@@ -82,11 +76,14 @@ fn document(mesh: &TriangleMesh, metres: f64, place: DVec3) -> Value {
     if mesh.triangles.is_empty() {
         return json!({ "asset": asset });
     }
-    let positions = || mesh.positions.iter().map(|&position| in_metres(position, metres));
-    let node = match place == DVec3::ZERO {
-        true => json!({ "mesh": 0 }),
-        false => json!({ "mesh": 0, "translation": (place * metres).to_array() }),
-    };
+    let positions = || mesh.positions.iter().map(|&position| position.as_vec3());
+    let mut node = json!({ "mesh": 0 });
+    if place != DVec3::ZERO {
+        node["translation"] = json!((place * metres).to_array());
+    }
+    if metres != 1.0 {
+        node["scale"] = json!([metres, metres, metres]);
+    }
     // The bounds are exactly those of the rounded numbers.
     let bound = |bound: Vec3| json!(bound.as_dvec3().to_array());
     let (triangles, vertices) = (mesh.triangles.len(), mesh.positions.len());
