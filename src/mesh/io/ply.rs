@@ -8,7 +8,8 @@
 //! Of a file's elements, `vertex`, `face` and `tristrips` are read, by their properties `x`, `y`, `z` and
 //! `vertex_indices` or `vertex_index`, in any types; everything else is skipped. In triangle strips −1 starts a new
 //! strip, every other triangle is reversed, and triangles that name a vertex twice are left out, since they only lead
-//! from strip to strip.
+//! from strip to strip. In text each element begins on a line of its own, so that a line with a value too few or too many
+//! does not shift all others.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -42,7 +43,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<MeshFile, Fault> {
         return Err(Fault::Malformed(Place::File, problem));
     }
     let mut body = match header.encoding {
-        Encoding::Text => Body::Text(Words::new(&text[header.bytes..]).starting_at(header.lines + 1)),
+        Encoding::Text => {
+            let of_text = header.elements.iter().filter(|element| !element.properties.is_empty());
+            let left = of_text.fold(0u64, |sum, element| sum.saturating_add(element.count));
+            Body::Text { words: Words::new(&text[header.bytes..]).starting_at(header.lines + 1), left }
+        }
         Encoding::Binary(order) => Body::Binary { bytes: &text, at: header.bytes, order },
     };
     let mut content = Content { vertices: vertices as usize, ..Content::default() };
@@ -267,8 +272,16 @@ fn property(words: &mut Words<'_>) -> Result<Property, Fault> {
 
 /// The bytes of the elements, and how far they have been read.
 enum Body<'a> {
-    Text(Words<'a>),
-    Binary { bytes: &'a [u8], at: usize, order: ByteOrder },
+    /// The words, and the number of elements that have not ended.
+    Text {
+        words: Words<'a>,
+        left: u64,
+    },
+    Binary {
+        bytes: &'a [u8],
+        at: usize,
+        order: ByteOrder,
+    },
 }
 
 impl<'a> Body<'a> {
@@ -276,7 +289,7 @@ impl<'a> Body<'a> {
     #[inline]
     fn value(&mut self, scalar: Scalar) -> Result<Option<f64>, Fault> {
         match self {
-            Body::Text(words) => words.next().map(|word| words.number(word)).transpose(),
+            Body::Text { words, .. } => words.next().map(|word| words.number(word)).transpose(),
             Body::Binary { bytes, at, order } => {
                 let rest = &bytes[*at..];
                 if rest.len() < scalar.size() {
@@ -291,15 +304,29 @@ impl<'a> Body<'a> {
     /// Returns the unread bytes.
     fn rest(&self) -> &'a [u8] {
         match self {
-            Body::Text(words) => words.rest(),
+            Body::Text { words, .. } => words.rest(),
             Body::Binary { bytes, at, .. } => &bytes[*at..],
         }
+    }
+
+    /// Ends an element, after which no value may be left on its line, in text; what follows the last is no value.
+    fn end_element(&mut self, element: &Element, index: u64) -> Result<(), Fault> {
+        let Body::Text { words, left } = self else { return Ok(()) };
+        *left -= 1;
+        let Some(word) = (*left > 0).then(|| words.next_on_line()).flatten() else { return Ok(()) };
+        let sentence = format!(
+            "element {} {index} ends before `{}`, but each begins on a line of its own: this line, or one before it, has a value too \
+             many or too few",
+            element.name,
+            quote(word)
+        );
+        Err(Fault::invalid(Place::Line(words.line()), sentence))
     }
 
     /// Returns the line of the last value, in text.
     fn line(&self) -> Option<usize> {
         match self {
-            Body::Text(words) => Some(words.line()),
+            Body::Text { words, .. } => Some(words.line()),
             Body::Binary { .. } => None,
         }
     }
@@ -329,11 +356,11 @@ impl Content {
         }
         let least = match body {
             // A digit and the separator after it.
-            Body::Text(_) => 2 * element.properties.len() as u64,
+            Body::Text { .. } => 2 * element.properties.len() as u64,
             Body::Binary { .. } => element.properties.iter().map(|p| p.kind.least_size() as u64).sum(),
         };
         let room = match body {
-            Body::Text(_) => body.rest().len() as u64 + 1,
+            Body::Text { .. } => body.rest().len() as u64 + 1,
             Body::Binary { .. } => body.rest().len() as u64,
         };
         if element.count > room / least {
@@ -382,6 +409,7 @@ impl Content {
                 };
                 read_property(property, element, index, body, each)?;
             }
+            body.end_element(element, index)?;
             self.positions.push(position);
         }
         Ok(())
@@ -412,6 +440,7 @@ impl Content {
                     Ok(())
                 })?;
             }
+            body.end_element(element, index)?;
             self.polygons.end_face();
         }
         Ok(())
@@ -435,6 +464,7 @@ impl Content {
                     Ok(())
                 })?;
             }
+            body.end_element(element, index)?;
         }
         Ok(())
     }
@@ -457,7 +487,7 @@ impl Content {
     fn finish(self, body: Body<'_>) -> Result<MeshFile, Fault> {
         let mut notes = Vec::new();
         let rest = match body {
-            Body::Text(words) => words.rest().trim_ascii().len(),
+            Body::Text { words, .. } => words.rest().trim_ascii().len(),
             Body::Binary { .. } => body.rest().len(),
         };
         if rest > 0 {
@@ -483,6 +513,7 @@ fn skip_element(element: &Element, body: &mut Body<'_>) -> Result<(), Fault> {
         for property in &element.properties {
             read_property(property, element, index, body, |_, _| Ok(()))?;
         }
+        body.end_element(element, index)?;
     }
     Ok(())
 }
@@ -715,6 +746,30 @@ mod tests {
             assert_eq!(file.mesh.triangles.len(), 3);
             assert_eq!(file.notes[0], ReadNote::PolygonsTriangulated { count: 1 });
         }
+    }
+
+    /// A value too few or too many would shift all that follow.
+    #[test]
+    fn lines_of_text_with_other_counts_of_values_are_named() {
+        let lines = |vertices: u32| {
+            format!(
+                "element vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+                 property list uchar int vertex_index\n"
+            )
+        };
+        let at = |vertices: u32, body: &str| {
+            let message = error(format!("{}{body}", header("ascii", &lines(vertices))).as_bytes(), FORMAT);
+            assert!(message.contains("a value too many or too few"), "{message}");
+            message.split(" ends before").next().unwrap().to_owned()
+        };
+        assert_eq!(at(3, "0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), "sample.ply, line 13: element vertex 1");
+        assert_eq!(at(3, "0 0 0\n1 0 0 5\n0 1 0\n3 0 1 2\n"), "sample.ply, line 12: element vertex 1");
+        assert_eq!(at(4, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "sample.ply, line 14: element vertex 3");
+        let after = format!("{}0 0 0\n1 0 0\n0 1 0\n3 0 1 2 # end\n", header("ascii", &lines(3)));
+        assert_eq!(parsed(after.as_bytes(), FORMAT).notes, [ReadNote::TrailingBytes { count: 5 }]);
+        // An element may take several lines.
+        let spread = format!("{}0 0\n0\n1 0 0\n\n0 1 0\n3\n0 1 2", header("ascii", &lines(3)));
+        assert_eq!(parsed(spread.as_bytes(), FORMAT).mesh.triangles, [[0, 1, 2]]);
     }
 
     #[test]
