@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::surface::{Imaged, SurfaceReport};
 use crate::integrate::{AxisVolume, VolumeEstimate};
-use crate::ldi::Ldi;
 use crate::ldi::npz::{self, Normals, NpzError};
+use crate::ldi::{Ldi, NodePlanes};
 use crate::mesh::LengthUnit;
 use crate::sampler::Mode;
 use crate::unit;
@@ -87,15 +87,34 @@ impl ImageFile {
             finer: None,
         }
     }
-}
 
-/// Returns a warning if images that count as exact disagree about nodes, which exact images of one solid never do.
-pub fn images_disagree(path: &Path, mode: Mode, report: &SurfaceReport) -> Option<Warning> {
-    let disagreements = report.sampled()?.disagreements;
-    let message = format!(
-        "{}: the images along different axes disagree about {disagreements} lattice nodes, so they are not exact images of one \
-         closed solid; at each of these nodes the mesh follows the majority",
-        path.display(),
-    );
-    (mode == Mode::Exact && disagreements > 0).then(|| Warning::new("images-disagree", message))
+    /// Returns warnings if the images are not those of one closed solid: some rays did not close, or images that count as exact disagree
+    /// about nodes. `report` is that of their mesh, if there is one.
+    pub fn doubts(&self, path: &Path, mode: Mode, report: Option<&SurfaceReport>) -> Vec<Warning> {
+        let path = path.display();
+        let unclosed = self
+            .images
+            .iter()
+            .map(|image| format!("{} of {} along {}", image.unclosed().len(), image.rays(), image.axis().name()));
+        let unclosed: Vec<String> = unclosed.collect();
+        let is_open = self.images.iter().any(|image| !image.unclosed().is_empty());
+        let open = is_open.then(|| {
+            let rays = unclosed.join(", ");
+            Warning::new("open", format!("{path}: rays that did not close count as empty: {rays}"))
+        });
+        let of_nodes = || NodePlanes::new(&self.images, mode).ok()?.disagreements().map(|(count, _)| count);
+        let disagreements = match report.and_then(SurfaceReport::sampled) {
+            _ if mode != Mode::Exact => 0,
+            Some(report) => report.disagreements,
+            None => of_nodes().unwrap_or(0),
+        };
+        let disagree = (disagreements > 0).then(|| {
+            let message = format!(
+                "{path}: the images along different axes disagree about {disagreements} lattice nodes, so they are not exact images \
+                 of one closed solid; at each of these nodes a mesh follows the majority",
+            );
+            Warning::new("images-disagree", message)
+        });
+        open.into_iter().chain(disagree).collect()
+    }
 }

@@ -222,6 +222,7 @@ fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning
     let file = ImageFile::read(Cursor::new(bytes), path)?;
     let imaged = file.imaged(path, file.mode(path, None)?)?;
     let (mesh, report) = surface::mesh(&imaged, Finish::full(), Precision::Double, &Monitor::new(None))?;
+    let doubts = file.doubts(path, imaged.mode, Some(&report));
     if mesh.triangles.is_empty() {
         return Err(Error::input(format!("{}: no lattice node lies inside the images", path.display())));
     }
@@ -230,6 +231,7 @@ fn surface_of_images(bytes: &[u8], path: &Path) -> Result<(MeshFile, Vec<Warning
     for warning in &mut warnings {
         warning.message = format!("{}: {}", path.display(), warning.message);
     }
+    warnings.extend(doubts);
     warnings.extend(file.warnings);
     Ok((MeshFile { mesh, unit: file.unit, notes: Vec::new() }, warnings))
 }
@@ -579,26 +581,29 @@ fn surface_of(
     requirements: InputRequirements,
 ) -> Result<Surface, Error> {
     let name = path.display();
+    let has_corners = |report: &MeshReport| report.bad_positions.count == 0 && report.bad_indices.count == 0;
     match checked {
         Ok(closed) if closed.every_triangle_even() && !has_three_corners(closed.mesh()) => {
             Err(Error::input(format!("{name}: no triangle has three different corners, so the mesh bounds no solid")))
         }
         Ok(closed) => Ok(Surface::Closed(Arc::new(closed))),
         Err(NotClosed { mesh, report }) => match (requirements.openness, mesh.bounds()) {
-            (Openness::Sampled, Some(bounds)) if report.bad_positions.count == 0 && report.bad_indices.count == 0 => {
-                Ok(Surface::Open { mesh, bounds })
-            }
+            (Openness::Sampled, Some(bounds)) if has_corners(&report) => Ok(Surface::Open { mesh, bounds }),
             (Openness::Sampled, _) => Err(Error::input(format!(
                 "{name}: the mesh cannot be sampled, even with --allow-open:\n{}",
                 defects(&report)
             ))),
             (Openness::Refused | Openness::RefusedByDefault, _) => {
+                let failure = match has_corners(&report) {
+                    true => "is not closed",
+                    false => "has corners without a position",
+                };
                 let way_out = match requirements.openness {
-                    Openness::RefusedByDefault => "; --allow-open samples it anyway",
+                    Openness::RefusedByDefault if has_corners(&report) => "; --allow-open samples it anyway",
                     _ => "",
                 };
                 let message = format!(
-                    "{name}: the mesh is not closed, so it bounds no solid:\n{}\n  `ldi-ops check` gives details{way_out}",
+                    "{name}: the mesh {failure}, so it bounds no solid:\n{}\n  `ldi-ops check` gives details{way_out}",
                     defects(&report)
                 );
                 Err(Error::NotClosed(Box::new(OpenMesh { name: name.to_string(), report: *report, message })))

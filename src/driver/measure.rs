@@ -715,11 +715,13 @@ fn surface_share(
     Ok(if total.all > 0.0 { total.boundary / total.all } else { 1.0 })
 }
 
-/// Returns centroid and inertia: the means over the images along different axes.
+/// Returns centroid and inertia: the means over the images along different axes that have any; NaN if none has.
 pub fn mean_moments(moments: &[Moments]) -> (DVec3, DMat3) {
-    let share = 1.0 / moments.len() as f64;
-    let centroid = moments.iter().map(|m| m.centroid * share).sum();
-    let inertia = moments.iter().fold(DMat3::ZERO, |sum, m| sum + m.inertia * share);
+    let found = || moments.iter().filter(|moments| moments.volume > 0.0);
+    // Without any, that is infinite, and its product with zero not a number.
+    let share = 1.0 / found().count() as f64;
+    let centroid = found().map(|m| m.centroid).sum::<DVec3>() * share;
+    let inertia = found().fold(DMat3::ZERO, |sum, m| sum + m.inertia) * share;
     (centroid, inertia)
 }
 

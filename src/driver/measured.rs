@@ -377,6 +377,10 @@ impl Measured {
         let message = || {
             let pitch = unit::rounded(self.grid.pitch(), self.unit);
             match self.unclosed {
+                0 if !self.solids.iter().all(Solid::is_closed) => format!(
+                    "the volume may be off by {much}: a mesh is not closed, so that images along different axes may disagree, and at \
+                     a pitch of {pitch} too few rays may meet the solid; repair the mesh, or {finer}"
+                ),
                 0 => format!(
                     "the volume may be off by {much}: too few rays meet the solid at a pitch of {pitch}; {finer} or set \
                      --tolerance"

@@ -190,6 +190,46 @@ fn open_meshes_are_sampled_with_allow_open() {
         "count as empty",
     ]);
     assert_near(folder.volume(&["volume", "a.stl", "--allow-open", "--resolution", "64", "--axis", "z"]), 8.0, 1e-6);
+    // Files of such images are no better.
+    folder.run(&["sample", "a.stl", "--allow-open", "--resolution", "32", "-o", "a.npz"]).code(0);
+    folder.stl("b.stl", &cube(-1.0, 4.0));
+    let open = ["a.npz: rays that did not close count as empty", "of 1024 along x"];
+    let disagree = ["a.npz: the images along different axes disagree", "not exact images of one closed solid"];
+    for job in [&["volume", "a.npz"][..], &["check", "a.npz"], &["intersect", "a.npz", "b.stl"]] {
+        let result = folder.json(job);
+        assert!(warning_codes(&result).starts_with(&["open", "images-disagree"]), "{result:#}");
+    }
+    folder.run(&["intersect", "a.npz", "b.stl"]).code(0).warns(&open).warns(&disagree);
+    folder.run(&["surface", "a.npz", "-o", "c.stl"]).code(0).warns(&open).warns(&disagree);
+}
+
+#[test]
+fn a_mesh_without_two_faces_has_the_centroid_of_the_images_that_meet_it() {
+    let folder = Folder::new();
+    let open: Vec<Triangle> =
+        cube(0.0, 2.0).into_iter().filter(|t| t.iter().any(|corner| corner[0] != t[0][0])).collect();
+    assert_eq!(open.len(), 8);
+    folder.stl("tube.stl", &open);
+    let job = ["volume", "tube.stl", "--allow-open", "--resolution", "32"];
+    let result = folder.json(&job);
+    assert_eq!(result["centroid"], serde_json::json!([1.0, 1.0, 1.0]));
+    folder
+        .run(&job)
+        .code(0)
+        .warns(&["a mesh is not closed, so that images along different axes may disagree", "repair the mesh"]);
+}
+
+#[test]
+fn corners_without_a_position_are_no_holes() {
+    let folder = Folder::new();
+    let mut broken = cube(0.0, 2.0);
+    broken[3][1][2] = f32::NAN.into();
+    folder.stl("nan.stl", &broken);
+    let run = folder
+        .run(&["volume", "nan.stl"])
+        .code(2)
+        .says(&["nan.stl: the mesh has corners without a position", "not finite"]);
+    assert!(!run.stderr().contains("--allow-open"), "{}", run.stderr());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::io::{self, BufReader};
 use std::path::PathBuf;
 use std::time::Instant;
 
-use ldi_ops::driver::image_file::{ImageFile, images_disagree};
+use ldi_ops::driver::image_file::ImageFile;
 use ldi_ops::driver::job::Content;
 use ldi_ops::driver::machine::peak_memory_bytes;
 use ldi_ops::driver::surface::SurfaceReport;
@@ -62,10 +62,11 @@ pub fn run(job: &SurfaceJob, start: Instant, progress: &Progress) -> Result<Fini
         _ => file.as_they_are(mode),
     };
     let (surface, said) = write::images(&job.target, &imaged, &monitor)?;
+    let doubts = file.doubts(&job.images, mode, surface.as_ref());
     let ImageFile { images, unit, mut warnings, .. } = file;
     let grid = *images[0].grid();
     warnings.extend(said);
-    warnings.extend(surface.as_ref().and_then(|report| images_disagree(&job.images, mode, report)));
+    warnings.extend(doubts);
     progress.finish();
     let surfaced = Surfaced {
         from: job.images.clone(),
