@@ -26,6 +26,19 @@ pub fn digits(value: f64, digits: usize) -> String {
     without_zeros(&format!("{value:.decimals$}")).to_owned()
 }
 
+/// A number with the fewest digits that give the same `f64`.
+pub fn exact(value: f64) -> String {
+    if plain(value) || !value.is_finite() { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// A coordinate with seven digits or so of an extent: with more than seven where it is far from the origin.
+pub fn coordinate(value: f64, extent: f64) -> String {
+    let more = (value.abs() / extent).log10().ceil() - 1.0;
+    // No value has more digits than 17.
+    let more = if more.is_finite() { more.clamp(0.0, 10.0) as usize } else { 0 };
+    digits(value, 7 + more)
+}
+
 /// Two bounds with seven digits or so, the lower one rounded down and the upper one up, except by what `f64` rounds.
 pub fn outwards([lower, upper]: [f64; 2]) -> [String; 2] {
     let away = |bound: f64, sign: f64| {
@@ -66,6 +79,14 @@ mod tests {
     fn numbers_have_no_redundant_zeros() {
         assert_eq!([0.0, -0.0, 0.5, -2.0, 7.772e-15].map(number), ["0", "0", "0.5", "-2", "7.772e-15"]);
         assert_eq!([1e9, 1.25e10].map(number), ["1e9", "1.25e10"]);
+    }
+
+    #[test]
+    fn coordinates_far_from_the_origin_have_more_digits() {
+        assert_eq!([0.123_456_789, 1e9, 1_000_000_001.0].map(exact), ["0.123456789", "1e9", "1.000000001e9"]);
+        assert_eq!([0.123_456_789, 12.345_678_9, 0.0].map(|at| coordinate(at, 10.0)), ["0.1234568", "12.34568", "0"]);
+        assert_eq!(coordinate(1_000_000_000.5, 1.0), "1.0000000005e9");
+        assert_eq!([f64::NAN, 1e300].map(|at| coordinate(at, 0.0)), ["NaN", "1e300"]);
     }
 
     #[test]

@@ -86,7 +86,10 @@ impl Axis {
 #[non_exhaustive]
 pub enum GridError {
     /// The box has no extent, or one so small or large that f64 cannot hold its pitch or its volume.
-    #[error("no grid fits the solid: the longest side of its box is {longest:e}")]
+    #[error(
+        "no grid fits the solid: the longest side of its box is {longest:e}, and 64-bit numbers hold the volumes of sides from \
+         about 3e-103 to 5e102; scale the solid, or measure it in another unit"
+    )]
     NoExtent {
         /// The longest side of the box, in world units.
         longest: f64,

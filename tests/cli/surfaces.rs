@@ -133,6 +133,12 @@ fn booleans_are_written_exactly_wherever_they_can_be() {
     folder.stl("all.stl", &cube(-1.0, 9.0));
     let one = folder.json(&["intersect", "two.stl", "all.stl", "--drop-parts", "1%", "-o", "one.stl"]);
     assert_eq!((&one["surface"]["triangles"], &one["surface"]["dropped_parts"]["count"]), (&12.into(), &1.into()));
+    folder.stl("alike.stl", &[cube(0.0, 2.0), cube(3.0, 2.0)].concat());
+    for mesh in ["exact", "sampled"] {
+        let none = ["intersect", "alike.stl", "all.stl", "--drop-parts", "60%", "--mesh", mesh, "-o", "none.stl"];
+        let why = "no mesh was written: --drop-parts 60% drops all of its 2 parts, of which the largest has 50 % of the volume";
+        folder.run(&none).code(1).warns(&[why]);
+    }
     // Several operations at once, and operands whose shells overlap.
     folder.stl("lapping.stl", &[cube(0.0, 2.0), cube(1.0, 2.0)].concat());
     let csg = ["csg", "l - a & all", "l=lapping.stl", "a=a.stl", "all=all.stl", "--fill", "nonzero", "-o", "csg.obj"];
@@ -331,6 +337,22 @@ fn far_meshes_are_refused_by_formats_that_would_round_them() {
     }
     let run = folder.run(&[&sample("near.stl")[..], &["--recentre", "-v"]].concat()).code(0);
     assert!(run.stderr().contains("recentred by (1000000, 0, 0) m"), "{}", run.stderr());
+    // Without -v, too, but for files that hold it.
+    for (target, said) in [("near.stl", "near.stl; recentred by (1000000, 0, 0) m\n"), ("near.glb", "near.glb\n")] {
+        let text = folder.run(&[&sample(target)[..], &["--recentre"]].concat()).code(0).stdout();
+        assert!(text.ends_with(&format!("written     {said}")), "{text}");
+    }
+    folder.stl("one.stl", &cube(0.25, 1.0));
+    let far = ["convert", "one.stl", "--transform-a", "translate(1e9,0,-1e9)", "--recentre", "-o", "r.stl"];
+    let [text, json] = [folder.run(&far).code(0).stdout(), folder.json(&far)["output"]["recentred"].to_string()];
+    assert!(text.contains("recentred by (1.000000001e9, 1, -999999999)"), "{text}");
+    assert_eq!(json, "[1000000001.0,1.0,-999999999.0]");
+    folder.run(&["convert", "one.stl", "--transform-a", "translate(1e9,0,-1e9)", "-o", "f.obj"]).code(0);
+    let text = folder.run(&["check", "f.obj"]).code(0).stdout();
+    assert!(
+        text.contains("(1.00000000025e9, 0.25, -999999999.75) to (1.00000000125e9, 1.25, -999999998.75)"),
+        "{text}"
+    );
 }
 
 #[test]

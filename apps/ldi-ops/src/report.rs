@@ -14,8 +14,9 @@ use ldi_ops::driver::sum::BetweenRays;
 use ldi_ops::driver::surface::{Made, SampledReport, SimplifiedReport, SurfaceReport};
 use ldi_ops::grid::Axis;
 use ldi_ops::mesh::check::Severity;
+use ldi_ops::mesh::io::Format;
 use ldi_ops::mesh::{Aabb, LengthUnit};
-use ldi_ops::number::{digits, number};
+use ldi_ops::number::{coordinate, digits, exact, number};
 use ldi_ops::report::files::Reported;
 use ldi_ops::report::id::{self, MetricId, Statistic};
 use ldi_ops::report::scaffold_report::{LimitOutcome, Metric, ScaffoldReport};
@@ -256,7 +257,9 @@ fn measured(result: &Measured) -> String {
     measures(&mut table, result);
     inputs(&mut table, result);
     if let Some(path) = &result.output {
-        table.line("written", path.display());
+        let holds_place = Format::from_path(path).is_ok_and(Format::holds_place);
+        let offset = result.surface.as_ref().and_then(|surface| surface.recentred).filter(|_| !holds_place);
+        table.line("written", format_args!("{}{}", path.display(), recentred(offset, result.unit)));
     }
     table.text
 }
@@ -301,12 +304,10 @@ fn measures(table: &mut Table, result: &Measured) {
             },
         );
         if measures.centroid.is_finite() {
-            let Aabb { min, max } = result.solids[0].bounds();
-            let size = min.abs().max(max.abs()).max_element();
-            table.line(
-                "centroid",
-                format_args!("{}{length}", vector(without_noise(measures.centroid, DVec3::splat(size)))),
-            );
+            let bounds = result.solids[0].bounds();
+            let size = bounds.min.abs().max(bounds.max.abs()).max_element();
+            let centroid = without_noise(measures.centroid, DVec3::splat(size));
+            table.line("centroid", format_args!("{}{length}", place(centroid, bounds.extent().max_element())));
             for (i, row) in [0, 1, 2].map(|row| measures.inertia.row(row)).into_iter().enumerate() {
                 let suffix = unit::suffix(result.unit, 5);
                 let products =
@@ -540,7 +541,7 @@ fn checked(results: &[Each<Checked>]) -> String {
         );
         if let Some(bounds) = report.bounds {
             let length = unit::suffix(result.unit, 1);
-            table.line("  box", format_args!("{} to {}{length}", vector(bounds.min), vector(bounds.max)));
+            table.line("  box", format_args!("{}{length}", corners(bounds)));
         }
         let genus = report.genus.map(|genus| format!(", genus {genus}")).unwrap_or_default();
         table.line("  topology", format_args!("Euler characteristic {}{genus}", report.euler_characteristic));
@@ -566,9 +567,10 @@ fn converted(result: &Converted) -> String {
     format!("{}: {} triangles, {unit}{recentred}\n", result.to.display(), result.triangles)
 }
 
-/// Formats the offset that was subtracted from the coordinates of a mesh.
+/// Formats the offset that was subtracted from the coordinates of a mesh, with all its digits.
 fn recentred(offset: Option<DVec3>, unit: Option<LengthUnit>) -> String {
-    offset.map_or(String::new(), |offset| format!("; recentred by {}{}", vector(offset), unit::suffix(unit, 1)))
+    let offset = offset.map(|offset| offset.to_array().map(exact));
+    offset.map_or(String::new(), |[x, y, z]| format!("; recentred by ({x}, {y}, {z}){}", unit::suffix(unit, 1)))
 }
 
 /// Returns the text of `generate`.
@@ -577,7 +579,7 @@ fn generated(result: &Generated) -> String {
     let unit = Some(LengthUnit::Millimetre);
     table.line(&result.kind, format_args!("{}: {} triangles, in mm", result.to.display(), result.triangles));
     if let Some(bounds) = result.bounds {
-        table.line("box", format_args!("{} to {} mm", vector(bounds.min), vector(bounds.max)));
+        table.line("box", format_args!("{} mm", corners(bounds)));
     }
     table.line("volume", format_args!("{}{}", number(result.volume), unit::suffix(unit, 3)));
     table.line("area", format_args!("{}{}", number(result.area), unit::suffix(unit, 2)));
@@ -673,6 +675,18 @@ const NOISE: f64 = 1e-14;
 fn vector(vector: DVec3) -> String {
     let [x, y, z] = vector.to_array().map(number);
     format!("({x}, {y}, {z})")
+}
+
+/// Formats a place in a solid of this extent.
+fn place(place: DVec3, extent: f64) -> String {
+    let [x, y, z] = place.to_array().map(|at| coordinate(at, extent));
+    format!("({x}, {y}, {z})")
+}
+
+/// Formats the lowest and the highest corner of a box.
+fn corners(bounds: Aabb) -> String {
+    let extent = bounds.extent().max_element();
+    format!("{} to {}", place(bounds.min, extent), place(bounds.max, extent))
 }
 
 #[cfg(test)]

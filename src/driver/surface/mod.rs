@@ -13,6 +13,7 @@ use super::output::write_notes;
 use crate::exact::{ExactMesh, Rounding};
 use crate::mesh::io::Format;
 use crate::mesh::{Aabb, LengthUnit, Precision, TriangleMesh, io};
+use crate::number::digits;
 use crate::progress::Monitor;
 use crate::surface::Apart;
 use crate::surface::manifold::{ManifoldFailure, ManifoldReport};
@@ -118,8 +119,10 @@ pub fn write(
     let precision = Format::from_path(path).map_err(Error::input)?.precision();
     let (mesh, report) = mesh(imaged, finish, precision, progress)?;
     let warnings = warnings(&report, imaged.normals.is_some());
+    let why_empty =
+        || all_dropped(&report, finish).unwrap_or_else(|| "no lattice node lies inside the result".to_owned());
     let refusal = match mesh.triangles.is_empty() {
-        true => Some(Warning::new("empty-surface", "no lattice node lies inside the result".to_owned())),
+        true => Some(Warning::new("empty-surface", why_empty())),
         false => far_from_volume(imaged, &report),
     };
     let (report, notes) = written(path, &mesh, report, (imaged.unit, refusal), progress)?;
@@ -141,7 +144,8 @@ pub fn write_exact(
         true => format!("the result is too thin, as {}", exact.rounding(unit)),
     };
     let (mesh, report) = exact.finished(finish, progress)?;
-    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", why_empty));
+    let why_empty = || all_dropped(&report, finish).unwrap_or(why_empty);
+    let refusal = mesh.triangles.is_empty().then(|| Warning::new("empty-surface", why_empty()));
     written(path, &mesh, report, (unit, refusal), progress)
 }
 
@@ -193,8 +197,20 @@ fn without_small_parts(mesh: TriangleMesh, finish: Finish) -> (TriangleMesh, Sha
     let largest_share = parts.largest_share();
     let (mesh, dropped) = parts.without_small(mesh, finish.least_part.unwrap_or(0.0));
     drop(parts);
-    let largest_share = if dropped.parts > 0 { Parts::of(&mesh).largest_share() } else { largest_share };
+    let are_some_left = dropped.parts > 0 && !mesh.triangles.is_empty();
+    let largest_share = if are_some_left { Parts::of(&mesh).largest_share() } else { largest_share };
     (mesh, (largest_share, dropped))
+}
+
+/// Says that a mesh is empty because all of its parts were dropped.
+fn all_dropped(report: &SurfaceReport, finish: Finish) -> Option<String> {
+    let (least, parts) = (finish.least_part.unwrap_or(0.0), report.dropped.parts);
+    (report.triangles == 0 && parts > 0).then(|| {
+        let [least, largest] = [least, report.largest_share].map(|share| digits(100.0 * share, 4));
+        format!(
+            "--drop-parts {least}% drops all of its {parts} parts, of which the largest has {largest} % of the volume"
+        )
+    })
 }
 
 /// Checks that a mesh is a manifold, and returns it with its report.

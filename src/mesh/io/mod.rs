@@ -127,6 +127,11 @@ impl Format {
         !matches!(self, Format::Gltf)
     }
 
+    /// Returns whether a file holds the place to which its coordinates are relative; see [`write_at`].
+    pub fn holds_place(self) -> bool {
+        matches!(self, Format::Glb | Format::ThreeMf)
+    }
+
     /// Returns the precision of coordinates in files that [`write()`] writes.
     pub fn precision(self) -> Precision {
         match self {
