@@ -156,7 +156,8 @@ impl<'p> Settings<'p> {
         self.bounds
     }
 
-    pub(crate) fn memory(&self) -> Option<u64> {
+    /// Returns the most bytes that the process may hold, if they were set.
+    pub fn memory(&self) -> Option<u64> {
         self.memory
     }
 

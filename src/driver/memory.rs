@@ -302,6 +302,22 @@ pub fn admit_images(
     admit(&images.costs(grid, solids), limit, format_args!("the images of {x} × {y} × {z} rays"), way_out)
 }
 
+/// Refuses images along z of solids and of their result, for a picture, that would not fit into memory.
+///
+/// # Errors
+/// A machine error.
+pub fn admit_pictures(grid: &Grid, solids: &[LatticeSolid], limit: Limit, way_out: &str) -> Result<(), Error> {
+    let images = Images {
+        held: machine::held_memory(),
+        axes: &[Axis::Z],
+        at_once: solids.len() as u64 + 1,
+        have_triangles: true,
+        are_kept: true,
+        have_normals: false,
+    };
+    admit_images(images, grid, solids, limit, |_| way_out.to_owned())
+}
+
 /// Returns the largest number of bytes per sample of a mesh: a vertex, two triangles, and the vertex stars of the manifold check.
 ///
 /// Where triangles are removed, 340 and 400 bytes were measured, of a cube and of an organic solid (`ldi-ops offset --distance 0.1

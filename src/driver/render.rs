@@ -14,7 +14,7 @@ use super::input::{self, InputRequirements, Sides, Solid};
 use super::job::{Backend, Input, Openness};
 use super::memory::Limit;
 use super::work::work;
-use super::{machine, memory, output, raster};
+use super::{memory, output, raster};
 use crate::boolean::{Expression, Operand, Plan};
 use crate::grid::{Axis, Grid, LOD_RANGE, LatticeBox, LatticeSolid};
 use crate::ldi::{Ldi, Windings};
@@ -396,16 +396,7 @@ impl<'s> Stage<'s> {
             lattice =
                 lattice.into_iter().zip(regions).map(|(s, region)| s.within(&region.intersection(&window))).collect();
         }
-        let images = memory::Images {
-            held: machine::held_memory(),
-            axes: &[Axis::Z],
-            at_once: solids.len() as u64 + 1,
-            have_triangles: true,
-            are_kept: true,
-            have_normals: false,
-        };
-        let way_out = |_| "lower --size or --samples".to_owned();
-        memory::admit_images(images, camera.grid(), &lattice, Limit::new(job.memory), way_out)?;
+        memory::admit_pictures(camera.grid(), &lattice, Limit::new(job.memory), "lower --size or --samples")?;
         let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
         Ok(Stage { job, solids, camera, lattice, choice })
     }

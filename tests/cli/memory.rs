@@ -78,6 +78,26 @@ fn exact_volumes_that_do_not_fit_are_refused_or_estimated_with_a_warning() {
 }
 
 #[test]
+fn pictures_that_do_not_fit_are_left_out_or_refused() {
+    let folder = Folder::new();
+    folder.stl("a.stl", &cuboid([0.0; 3], [1.0; 3]));
+    folder.stl("b.stl", &cuboid([0.75; 3], [2.0; 3]));
+    let clash = ["clash", "a.stl", "b.stl", "--unit", "mm", "-o", "out", "--memory"];
+    folder
+        .run(&[&clash[..], &["30M"]].concat())
+        .code(1)
+        .warns(&["a.stl and b.stl have no picture", "allows 30 MB; raise --memory"]);
+    let page = |folder: &Folder| std::fs::read_to_string(folder.path("out/clash.html")).unwrap();
+    assert!(!page(&folder).contains("data:image/png"));
+    folder.run(&[&clash[..], &["1G"]].concat()).code(1);
+    assert!(page(&folder).contains("data:image/png"));
+    let report = ["report", "a.stl", "--unit", "mm", "--resolution", "16", "-o", "report", "--memory"];
+    folder.run(&[&report[..], &["40M"]].concat()).code(3).says(&["the images of ", "allows 40 MB; raise --memory"]);
+    assert!(!folder.path("report").exists());
+    folder.run(&[&report[..], &["1G"]].concat()).code(0);
+}
+
+#[test]
 fn common_volumes_of_parts_that_do_not_fit_are_estimated_with_a_warning() {
     let folder = Folder::new();
     folder.stl("a.stl", &plates(200));

@@ -604,7 +604,7 @@ fn verbose_reports_time_every_stage_on_stderr() {
     assert!(!plain.stderr().contains("stage"), "{}", plain.stderr());
     let verbose = run(&["a.stl", "-v"]).code(0);
     assert_eq!(stage_numbers(&verbose.stderr(), 17), (1..=17).collect::<Vec<_>>(), "{}", verbose.stderr());
-    assert!(verbose.stderr().contains("stage 6 of 17, a.stl: access: "), "{}", verbose.stderr());
+    assert!(verbose.stderr().contains("stage 7 of 17, a.stl: access: "), "{}", verbose.stderr());
     assert!(verbose.stderr().contains("ldi-ops: time        a.stl: "), "{}", verbose.stderr());
     assert_eq!(verbose.stdout(), plain.stdout());
     // No diffusion outside a box; a wrapped region is a stage more.

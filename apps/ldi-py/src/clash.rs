@@ -125,8 +125,11 @@ impl Clashes {
 
     /// Writes clash.html with pictures, clash.json and clash.csv to a folder, which is created if it is missing.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        Call::new(py, None)?.install(py, || {
-            report::clash::write(&mut self.clashes.clone(), self.fill, &folder, &Monitor::new(None)).map(drop)
+        Call::new(py, None)?.run(py, |settings| {
+            let limits = (self.fill, settings.memory());
+            settings.install(|| {
+                report::clash::write(&mut self.clashes.clone(), limits, &folder, &Monitor::new(None)).map(drop)
+            })
         })
     }
 

@@ -38,18 +38,24 @@ struct Pictured<'c> {
 }
 
 /// Writes the page, with pictures of the worst findings, and the tables of a comparison; returns the page. Pictures that cannot
-/// be made leave a warning. The time is added to that of the comparison.
+/// be made leave a warning, as do those that do not fit into `memory`: the most bytes that the process may hold; a share of the free
+/// memory without it. The time is added to that of the comparison.
 ///
 /// # Errors
 /// Files that cannot be written.
-pub fn write(clashes: &mut Clashes, fill: FillRule, folder: &Path, progress: &Monitor) -> Result<PathBuf, Error> {
+pub fn write(
+    clashes: &mut Clashes,
+    (fill, memory): (FillRule, Option<u64>),
+    folder: &Path,
+    progress: &Monitor,
+) -> Result<PathBuf, Error> {
     let writing = Instant::now();
     progress.stage("pictures")?;
     let findings: Vec<Pair> = clashes.findings().take(PICTURES).cloned().collect();
     progress.expect(findings.len())?;
     let (mut pictured, mut warnings) = (Vec::new(), Vec::new());
     for pair in &findings {
-        match picture::pictures(clashes, pair, fill) {
+        match picture::pictures(clashes, pair, (fill, memory)) {
             Ok(pictures) => pictured.push(Pictured { pair, pictures }),
             Err(error) => {
                 let [a, b] = clashes.names(pair);

@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3};
 use crate::Error;
 use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
 use crate::driver::clash::{Clashes, Pair, Relation};
+use crate::driver::memory::{Limit, admit_pictures};
 use crate::driver::render::{across, window};
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::Ldi;
@@ -41,17 +42,17 @@ pub struct Pictures {
 }
 
 /// Returns the pictures of a pair.
-pub fn pictures(clashes: &Clashes, pair: &Pair, fill: FillRule) -> Result<Pictures, Error> {
+pub fn pictures(clashes: &Clashes, pair: &Pair, (fill, memory): (FillRule, Option<u64>)) -> Result<Pictures, Error> {
     let solids = pair.parts.map(|part| clashes.parts[part].solid.closed().expect("parts are closed"));
     let boxes = solids.map(ClosedMesh::bounds);
     let all = boxes[0].union(boxes[1]);
-    let view = Stage::new(solids, View::Isometric, all, all)?.shaded(fill, clashes.unit)?;
+    let view = Stage::new(solids, View::Isometric, [all; 2], memory)?.shaded(fill, clashes.unit)?;
     let axis = section_axis(pair, boxes);
     let place = match pair.relation {
         Relation::Overlapping(_) => clashes.place(pair),
         Relation::Touching { .. } | Relation::Separate { .. } => off_the_rim(clashes.place(pair), axis, boxes),
     };
-    let stage = Stage::new(solids, across(axis), frame(pair, all), all)?;
+    let stage = Stage::new(solids, across(axis), [frame(pair, all), all], memory)?;
     Ok(Pictures { view, section: stage.section(fill, place, clashes.unit)?, axis, at: place[axis.depth()] })
 }
 
@@ -103,10 +104,16 @@ struct Stage {
     meshes: [ClosedMesh; 2],
     rotation: DAffine3,
     camera: Camera,
+    memory: Option<u64>,
 }
 
 impl Stage {
-    fn new(solids: [&ClosedMesh; 2], view: View, subject: Aabb, all: Aabb) -> Result<Stage, Error> {
+    fn new(
+        solids: [&ClosedMesh; 2],
+        view: View,
+        [subject, all]: [Aabb; 2],
+        memory: Option<u64>,
+    ) -> Result<Stage, Error> {
         let rotation = DAffine3::from_mat3(view.rotation());
         let turned = |solid: &ClosedMesh| {
             let mut mesh = solid.mesh().clone();
@@ -119,13 +126,16 @@ impl Stage {
         let subject = if subject == all { around } else { turned_box(&rotation, subject) };
         let view_box = |bounds: Aabb| ViewBox { min: bounds.min, max: bounds.max };
         let camera = Camera::aim(FORMAT, view_box(subject), view_box(around)).map_err(Error::input)?;
-        Ok(Stage { meshes, rotation, camera })
+        Ok(Stage { meshes, rotation, camera, memory })
     }
 
+    /// Returns both parts within the picture, if their images fit into memory.
     fn lattice(&self) -> Result<Vec<LatticeSolid<'_>>, Error> {
         let window = window(&self.camera);
         let quantise = |mesh| Ok(self.camera.grid().quantise(mesh).map_err(Error::input)?.within(&window));
-        self.meshes.iter().map(quantise).collect()
+        let lattice = self.meshes.iter().map(quantise).collect::<Result<Vec<LatticeSolid>, Error>>()?;
+        admit_pictures(self.camera.grid(), &lattice, Limit::new(self.memory), "raise --memory")?;
+        Ok(lattice)
     }
 
     /// Returns both parts, and the shared region shining through them.

@@ -22,6 +22,7 @@ mod topology;
 mod transport;
 mod view;
 
+use crate::driver::memory::Limit;
 use crate::grid::LatticeSolid;
 use crate::integrate;
 use crate::ldi::{Ldi, Mode, NodePlanes};
@@ -111,6 +112,13 @@ pub fn measure(
     let coarser = clock.time("sampling", || subject.check_volumes(&grid, settings.fill, sampler))?;
     progress.step()?;
 
+    // Before the long stages, as it may not fit into memory.
+    stage("pictures")?;
+    let limit = Limit::new(settings.memory);
+    let draw = || settings.is_drawn.then(|| view::view(subject, (settings.fill, limit), sampler)).transpose();
+    let view = clock.time("pictures", draw)?;
+    progress.step()?;
+
     stage("rays and facets")?;
     let drawn = clock.time("rays and facets", || rays::measure(&study, &coarser, &mut record));
     progress.step()?;
@@ -136,11 +144,6 @@ pub fn measure(
     progress.step()?;
     stage("tortuosity")?;
     clock.time("tortuosity", || transport::measure(&study, sampler, progress, &mut record))?;
-    stage("pictures")?;
-    let draw = || settings.is_drawn.then(|| view::view(subject, settings.fill, sampler)).transpose();
-    let view = clock.time("pictures", draw)?;
-    progress.step()?;
-
     let convergence = vec![over_pitch, growth.finished()];
     let alerts = alerts::of(&study, &record, &convergence);
     Ok(ScaffoldReport {

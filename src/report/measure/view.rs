@@ -5,6 +5,7 @@ use glam::DAffine3;
 use super::raster::Subject;
 use crate::Error;
 use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
+use crate::driver::memory::{Limit, admit_pictures};
 use crate::grid::Axis;
 use crate::ldi::Ldi;
 use crate::mesh::{ClosedMesh, TriangleMesh};
@@ -20,7 +21,7 @@ const FORMAT: Format = Format { width: 1000, height: 760, supersampling: 2 };
 const NEAR: f64 = 3.0;
 
 /// Renders a shaded view of the solid, or of its part within the region of interest, as PNG.
-pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
+pub fn view(subject: Subject, (fill, limit): (FillRule, Limit), sampler: &dyn Sampler) -> Result<Vec<u8>, Error> {
     let length = subject.solid.unit;
     let rotation = DAffine3::from_mat3(View::Isometric.rotation());
     let solids: Vec<_> = [Some(subject.solid), subject.roi].into_iter().flatten().collect();
@@ -50,6 +51,7 @@ pub fn view(subject: Subject, fill: FillRule, sampler: &dyn Sampler) -> Result<V
         Err(open) => camera.grid().quantise_open(open),
     });
     let lattice = lattice.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
+    admit_pictures(camera.grid(), &lattice, limit, "raise --memory")?;
     let images = lattice.iter().map(|solid| sampler.sample_surface(solid, Axis::Z, fill));
     let images = images.collect::<Result<Vec<Ldi>, _>>()?;
     let plan = Plan::new(&Expression::of_inputs(BooleanOperation::Intersection, images.len()), Mode::Exact);

@@ -27,7 +27,7 @@ pub fn run(command: &ClashCommand, start: Instant, progress: &Progress) -> Resul
     let mut clashes = clash_files(job, start, &monitor)?;
     let mut written = Vec::new();
     if let Some(folder) = folder {
-        written.push(clash::write(&mut clashes, job.settings.fill, folder, &monitor)?);
+        written.push(clash::write(&mut clashes, (job.settings.fill, job.settings.memory), folder, &monitor)?);
     }
     if let Some(path) = csv {
         let table = clash::csv(&clashes);
