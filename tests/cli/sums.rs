@@ -140,6 +140,32 @@ fn the_volume_of_a_sum_lies_within_its_certified_bounds() {
     assert_eq!(json["volume"]["at_least"], json["volume"]["lower"]);
 }
 
+/// On few rays the estimates of these are below the volumes of their inputs, and the error estimates far above.
+#[test]
+fn a_sum_is_no_smaller_than_the_inputs_allow() {
+    let folder = Folder::new();
+    folder.run(&["generate", "cylinder", "--radius", "1", "--height", "9", "-o", "rod.stl"]).code(0);
+    folder.stl("a.stl", &cube(0.0, 0.5));
+    let rod = std::f64::consts::PI * 9.0;
+    let root = |volume: f64| volume.cbrt();
+    let ball = root(4.0 / 3.0 * std::f64::consts::PI);
+    let jobs = [
+        (&["offset", "rod.stl", "--distance", "0.01"][..], (root(rod) + 0.01 * ball).powi(3)),
+        (&["close", "rod.stl", "--radius", "0.3"], rod),
+        (&["minkowski", "rod.stl", "a.stl"], (root(rod) + 0.5).powi(3)),
+        (&["offset", "rod.stl", "--distance=-0.01"], 0.0),
+        (&["open", "rod.stl", "--radius", "0.3"], 0.0),
+        (&["minkowski", "rod.stl", "a.stl", "--difference"], 0.0),
+    ];
+    for (job, least) in jobs {
+        let volume = &folder.json(&[job, &["--resolution", "24", "--unit", "mm"]].concat())["volume"];
+        let [found, value] = ["at_least", "value"].map(|key| volume[key].as_f64().unwrap());
+        // The generated cylinder is a prism.
+        assert_near(found, least, 1e-2 * rod);
+        assert!(value >= found, "{job:?}: {volume}");
+    }
+}
+
 #[test]
 fn json_of_a_sum_has_the_schema_its_steps_and_memory() {
     let folder = Folder::new();

@@ -102,11 +102,13 @@ pub fn sum(job: &SumJob, mut solids: Vec<Solid>, backend: &SumBackend, progress:
     if let SumOperation::Sum(Operand::Reflected) | SumOperation::Difference(Operand::AsItIs) = operation {
         input::map(&mut solids[1], &DAffine3::from_scale(DVec3::NEG_ONE), requirements)?;
     }
-    let greatest = greatest_volume(operation, &solids, &windings[0]);
-    // The rays may exceed the greatest volume by rounding to the lattice, or by the mesh between two steps.
-    let possible = |rays: &VolumeEstimate| match rays.value - rays.error <= greatest {
-        true => [0.0, greatest],
-        false => [0.0, rays.value],
+    let (least, greatest) =
+        (least_volume(operation, &solids, &windings), greatest_volume(operation, &solids, &windings[0]));
+    // The rays may lie beyond these by rounding to the lattice, or by the mesh between two steps.
+    let possible = |rays: &VolumeEstimate| {
+        let lower = if job.mode != Mode::UNDER && rays.value + rays.error >= least { least } else { 0.0 };
+        let upper = if rays.value - rays.error <= greatest { greatest } else { rays.value };
+        [lower.min(upper), upper]
     };
     let held = machine::held_memory();
     let mut round = |spacing| {
@@ -413,7 +415,6 @@ fn shrunk_sides(operation: SumOperation, solids: &[Solid]) -> Option<DVec3> {
 /// empty where its first step is.
 fn greatest_volume(operation: SumOperation, solids: &[Solid], windings: &Windings) -> f64 {
     let of_a = if windings.are_of_one_sign() { solids[0].volume.abs() } else { f64::INFINITY };
-    let root_of_ball = |radius: f64| radius * (4.0 / 3.0 * PI).cbrt();
     let of_box = match shrunk_sides(operation, solids) {
         Some(sides) => sides.max(DVec3::ZERO).element_product(),
         None => result_box(operation, solids).extent().element_product(),
@@ -432,6 +433,24 @@ fn greatest_volume(operation: SumOperation, solids: &[Solid], windings: &Winding
         }
         SumOperation::Sum(_) | SumOperation::Offset(_) | SumOperation::Closing(_) => of_box,
     }
+}
+
+/// Returns the least volume that the inputs allow a result, where they do not overlap themselves: for a sum,
+/// ∛V(result) ≥ ∛V(A) + ∛V(B) (Brunn–Minkowski), and a closing contains A.
+fn least_volume(operation: SumOperation, solids: &[Solid], windings: &[Windings]) -> f64 {
+    let root_of = |i: usize| windings[i].least_volume(solids[i].volume).cbrt();
+    let root = match operation {
+        SumOperation::Sum(_) => root_of(0) + root_of(1),
+        SumOperation::Offset(distance) if distance > 0.0 => root_of(0) + root_of_ball(distance),
+        SumOperation::Offset(0.0) | SumOperation::Closing(_) => root_of(0),
+        SumOperation::Offset(_) | SumOperation::Difference(_) | SumOperation::Opening(_) => 0.0,
+    };
+    root.powi(3)
+}
+
+/// Returns the cube root of the volume of a ball.
+fn root_of_ball(radius: f64) -> f64 {
+    radius * (4.0 / 3.0 * PI).cbrt()
 }
 
 /// Narrows certified bounds by the shrunk box, of which rounding is counted.

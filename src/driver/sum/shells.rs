@@ -98,6 +98,13 @@ impl Windings {
         (self.positive == 0) != (self.negative == 0)
     }
 
+    /// Returns the least volume of the solid by the signed one of its mesh: none unless the rays met windings of one sign alone, and no
+    /// multiple ones; a share that they may miss is left.
+    pub fn least_volume(&self, signed_volume: f64) -> f64 {
+        let are_single = self.are_of_one_sign() && self.multiple == 0;
+        if are_single { (1.0 - NOTEWORTHY) * signed_volume.abs() } else { 0.0 }
+    }
+
     /// Returns the share of the solid in which shells overlap, if it is large enough to matter to a sum.
     pub fn overlap(&self) -> Option<f64> {
         let share = self.share_of_overlaps();
@@ -136,5 +143,10 @@ mod tests {
         assert_eq!(of(&[(-1, 750), (-2, 250)]).overlap(), Some(0.25));
         assert!(of(&[(-1, 750), (-2, 250)]).are_of_one_sign() && !of(&[(1, 1000), (-1, 1)]).are_of_one_sign());
         assert!(!of(&[]).are_of_one_sign());
+        assert_eq!(of(&[(-1, 750)]).least_volume(-1.0), 1.0 - NOTEWORTHY);
+        assert_eq!(
+            [&[(-1, 750), (-2, 250)], &[(1, 1), (-1, 1)]].map(|lengths| of(lengths).least_volume(-1.0)),
+            [0.0; 2]
+        );
     }
 }
