@@ -64,6 +64,8 @@ fn a_sweep_is_a_table_a_page_and_a_row_for_each_design() {
     let json = folder.json(&["sweep", "plan.toml", "-o", "runs"]);
     // Only failed designs are tried again.
     assert_eq!((&json["measured"], &json["failed"], &json["kept"]), (&0.into(), &2.into(), &3.into()));
+    assert_eq!(json["failures"][0]["parameters"]["hollow"], "9,9,9");
+    assert!(json["failures"][0]["error"].as_str().unwrap().contains("hollow"), "{}", json["failures"]);
     let best = &json["front"][0];
     assert_eq!(best["metrics"]["porosity"]["status"], "measured");
     assert_eq!((&best["plan"]["model"], &best["plan"]["settings"]["resolution"]), (&"hollow-box".into(), &12.into()));

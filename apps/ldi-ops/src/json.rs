@@ -142,6 +142,8 @@ fn swept(result: &Swept) -> Value {
         "kept": result.kept(),
         "unresolved": result.unresolved,
         "front": result.front.iter().map(|&i| &result.rows[i]).collect::<Vec<_>>(),
+        "failures": result.failed().map(|row| json!({ "parameters": row.parameters, "error": row.error })).collect::<Vec<_>>(),
+        "warnings": result.warnings().iter().map(|(code, count)| json!({ "code": code, "designs": count })).collect::<Vec<_>>(),
         "written": result.written.iter().map(|file| path(file)).collect::<Vec<_>>(),
     })
 }

@@ -60,4 +60,6 @@ but plan and version. The exit code is 2 if no design could be measured; broken 
 table.
 
 JSON: {\"schema\", \"command\", \"title\", \"designs\", \"measured\", \"missing\", \"failed\", \"kept\",
-\"unresolved\", \"front\", \"written\"}; \"front\" has the rows of the designs that no other dominates.";
+\"unresolved\", \"front\", \"failures\", \"warnings\", \"written\"}; \"front\" has the rows of the designs
+that no other dominates, \"failures\" parameters and error of each that failed, and \"warnings\" each code
+with the number of its designs.";
