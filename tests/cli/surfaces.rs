@@ -347,6 +347,12 @@ fn far_meshes_are_refused_by_formats_that_would_round_them() {
     let [text, json] = [folder.run(&far).code(0).stdout(), folder.json(&far)["output"]["recentred"].to_string()];
     assert!(text.contains("recentred by (1.000000001e9, 1, -999999999)"), "{text}");
     assert_eq!(json, "[1000000001.0,1.0,-999999999.0]");
+    // In the unit that is printed with it.
+    let metres =
+        ["convert", "one.stl", "--unit", "mm", "--transform-a", "translate(1e6,0,0)", "--recentre", "-o", "r.glb"];
+    let [text, json] = [folder.run(&metres).code(0).stdout(), folder.json(&metres)["output"]["recentred"].to_string()];
+    assert!(text.ends_with("in m; recentred by (1000.001, 0.001, 0.001) m\n"), "{text}");
+    assert_eq!(json, "[1000.001,0.001,0.001]");
     folder.run(&["convert", "one.stl", "--transform-a", "translate(1e9,0,-1e9)", "-o", "f.obj"]).code(0);
     let text = folder.run(&["check", "f.obj"]).code(0).stdout();
     assert!(

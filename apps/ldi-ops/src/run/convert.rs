@@ -21,14 +21,14 @@ pub struct Converted {
     pub sha256: Option<String>,
     pub to: PathBuf,
     pub triangles: usize,
-    /// The offset subtracted from the coordinates.
+    /// The offset subtracted from the coordinates, in the unit of the written file.
     pub recentred: Option<DVec3>,
-    /// The unit of the numbers in the written file.
+    /// The unit of the written file.
     pub unit: Option<LengthUnit>,
     pub warnings: Vec<Warning>,
 }
 
-/// Converts a mesh as it is, solid or not. Coordinates are unchanged, except for GLB, whose only unit is the metre.
+/// Converts a mesh as it is, solid or not. Coordinates are unchanged; GLB scales them to the metre, its only unit.
 pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
     let monitor = progress.monitor();
     monitor.stage("reading")?;
@@ -54,12 +54,16 @@ pub fn run(job: &ConvertJob, progress: &Progress) -> Result<Finished, Error> {
     let written = io::write_at(&job.to, &mesh, unit, recentred.unwrap_or_default()).map_err(surface::write_error)?;
     warnings.extend(ldi_ops::driver::output::write_notes(&job.to, &written.notes));
     warnings.extend(unit_not_kept(job, read.file.unit));
+    let to_written = match (unit, written.unit) {
+        (Some(unit), Some(written)) => unit.metres() / written.metres(),
+        _ => 1.0,
+    };
     let converted = Converted {
         from: job.from.path.clone(),
         sha256: read.sha256,
         to: job.to.clone(),
         triangles: mesh.triangles.len(),
-        recentred,
+        recentred: recentred.map(|offset| offset * to_written),
         unit: written.unit,
         warnings,
     };
