@@ -15,7 +15,8 @@
 //! little. Distances are always from the original, or from triangles within 1/256 of the bound of it.
 //!
 //! Where a fair share of the mesh is flat, a first pass removes what is flat within 1/256 of the bound; it only adds differences up.
-//! The surface that it leaves takes the place of the original.
+//! The surface that it leaves takes the place of the original. It is verified with what the next pass makes of it, as few of its
+//! triangles stay; if that fails, both are made anew, and the first pass is verified by itself.
 //!
 //! # Limitations
 //! Where distances are measured, the original is measured at the vertices that the first pass leaves and at points of its large
@@ -39,7 +40,7 @@ use glam::{DVec3, Vec3};
 use rayon::iter::Either;
 use thiserror::Error;
 
-use self::collapse::{NONE, Standing};
+use self::collapse::{Age, NONE, Standing};
 use self::original::{along, inside};
 use self::patch::{Near, Patch, Share};
 use super::bins::Bins;
@@ -100,7 +101,7 @@ pub struct Simplified {
     /// The largest distance found between the two surfaces, in either direction; never more than the bound. The true one may be
     /// smaller, as parts are compared with those that they correspond to, and where that is certain, with bounds.
     pub distance: f64,
-    /// The number of verifications of the whole mesh, or of what changed in it.
+    /// The number of verifications of the whole mesh, or of what changed in it, also of an attempt that failed.
     pub rounds: usize,
     /// The number of passes over the mesh, or over what may still change, without the first one over what is flat.
     pub passes: usize,
@@ -148,59 +149,91 @@ pub fn simplify(
     if !manifold.passed() {
         return Err(SimplifyError::NotManifold { failures: manifold.failures() });
     }
-    let (mut rounds, mut passes) = (0, 0);
+    let mut rounds = 0;
+    // If a mesh fails with what is flat removed before it is verified, it is verified at once.
+    let mut attempts = [false, true].into_iter();
+    let simplified =
+        attempts.find_map(|verifies_flat| decimated(mesh, limits, &acceptable, verifies_flat, &mut rounds));
+    Ok(simplified.expect("the second attempt begins from a verified mesh"))
+}
+
+/// Decimates a mesh, in all passes. `verifies_flat` verifies a first pass over what is flat by itself; else returns `None` where
+/// verification fails while triangles of that pass are left.
+fn decimated(
+    mesh: &TriangleMesh,
+    limits: &Limits,
+    acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
+    verifies_flat: bool,
+    rounds: &mut usize,
+) -> Option<Simplified> {
+    let &Limits { bound, .. } = limits;
     let spacing = mean_side(mesh);
-    let (flat, errors) = without_flat(mesh, &Limits { bound: FLAT * bound, ..*limits }, &acceptable, &mut rounds);
-    let slack = match flat {
-        Cow::Borrowed(_) => 0.0,
-        Cow::Owned(_) => FLAT * bound,
+    let verified = verifies_flat.then_some((acceptable, &mut *rounds));
+    let flat = without_flat(mesh, &Limits { bound: FLAT * bound, ..*limits }, verified);
+    let slack = if flat.is_some() { FLAT * bound } else { 0.0 };
+    let (flat, standing) = match flat {
+        Some((flat, ages, errors)) => (Cow::Owned(flat), (ages, errors)),
+        None => (Cow::Borrowed(mesh), as_given(mesh)),
     };
     let (inner, homes) = points_of(&flat, spacing);
     let target = Target { original: &flat, inner, slack, measures: true, spacing, limits };
-    let mut state = Surface::new(&flat, errors, homes);
+    let mut state = Surface::new(&flat, standing, homes);
+    let mut passes = 0;
     for split in SPLITS {
         let before = state.triangles.len();
         let mut division = state.divide(&target, split);
         if division.patches.is_empty() {
             break;
         }
-        let kept = resolve(&mut division, &target, &acceptable, &mut rounds);
+        let kept = resolve(&mut division, &target, acceptable, rounds);
         passes += 1;
         if !kept {
+            if state.ages.contains(&Age::Unverified) {
+                return None;
+            }
             break;
         }
-        state.take(&division);
+        state.take(&division, Age::Verified);
         if state.triangles.len() as f64 >= (1.0 - LEAST_GAIN) * before as f64 {
             break;
         }
     }
     let (mesh, _) = flat.of_triangles(state.triangles);
-    Ok(Simplified { mesh, distance: (state.distance + slack).min(bound), rounds, passes })
+    Some(Simplified { mesh, distance: (state.distance + slack).min(bound), rounds: *rounds, passes })
 }
 
-/// Returns a mesh without the triangles that it does not need within a small bound, and a bound of the distance of each triangle. As
-/// only differences are added up, this is quick, and later passes have less to measure where the mesh is flat. Where little of it
-/// is, the mesh stays as it is.
-fn without_flat<'m>(
-    mesh: &'m TriangleMesh,
+/// Returns the ages and errors of triangles of a mesh as given.
+fn as_given(mesh: &TriangleMesh) -> (Vec<Age>, Vec<f64>) {
+    (vec![Age::Verified; mesh.triangles.len()], vec![0.0; mesh.triangles.len()])
+}
+
+/// Returns a mesh without the triangles that it does not need within a small bound, the ages of its triangles, and a bound of the
+/// distance of each. As only differences are added up, this is quick, and later passes have less to measure where the mesh is flat.
+/// Where little of it is, returns `None`. The mesh is verified with a criterion, if there is one, and rounds are counted.
+fn without_flat(
+    mesh: &TriangleMesh,
     limits: &Limits,
-    acceptable: &impl Fn(&TriangleMesh) -> Vec<DVec3>,
-    rounds: &mut usize,
-) -> (Cow<'m, TriangleMesh>, Vec<f64>) {
-    let errors = vec![0.0; mesh.triangles.len()];
+    verified: Option<(&impl Fn(&TriangleMesh) -> Vec<DVec3>, &mut usize)>,
+) -> Option<(TriangleMesh, Vec<Age>, Vec<f64>)> {
     if !is_flat_in_parts(mesh, limits.bound) {
-        return (Cow::Borrowed(mesh), errors);
+        return None;
     }
     let target = Target { original: mesh, inner: Vec::new(), slack: 0.0, measures: false, spacing: 0.0, limits };
-    let mut state = Surface::new(mesh, errors.clone(), Vec::new());
+    let mut state = Surface::new(mesh, as_given(mesh), Vec::new());
     let mut division = state.divide(&target, SPLITS[SPLITS.len() - 1]);
-    let is_kept = resolve(&mut division, &target, acceptable, rounds);
-    let left = division.triangles().count();
-    if !is_kept || left as f64 >= (1.0 - LEAST_GAIN) * mesh.triangles.len() as f64 {
-        return (Cow::Borrowed(mesh), errors);
+    let new = match verified {
+        Some((acceptable, rounds)) => resolve(&mut division, &target, acceptable, rounds).then_some(Age::Verified)?,
+        None => {
+            let all = vec![true; division.patches.len()];
+            decimate(&mut division.patches, &all, &target);
+            Age::Unverified
+        }
+    };
+    if division.triangles().count() as f64 >= (1.0 - LEAST_GAIN) * mesh.triangles.len() as f64 {
+        return None;
     }
-    state.take(&division);
-    (Cow::Owned(mesh.of_triangles(state.triangles).0), state.errors)
+    state.take(&division, new);
+    Some((mesh.of_triangles(state.triangles).0, state.ages, state.errors))
 }
 
 /// Returns whether a fair share of a mesh is flat, by pairs of triangles that follow one another, as those of a quadrilateral do.
@@ -278,6 +311,7 @@ struct Surface {
     triangles: Vec<[u32; 3]>,
     /// For each point of the original the near triangle that it is assigned to; `NONE` for unused vertices.
     homes: Vec<u32>,
+    ages: Vec<Age>,
     /// For each triangle, a bound of its distance from the original, in either direction.
     errors: Vec<f64>,
     /// For each original vertex, whether it was refused with nothing locked nearby, and no triangle changed there since: another
@@ -290,7 +324,7 @@ struct Surface {
 /// The surface in a pass: its patches, and the triangles that stay as they are.
 struct Division {
     patches: Vec<Patch>,
-    /// The numbers of the triangles that stay, and their vertices.
+    /// The numbers of the triangles that stay, all of them verified, and their vertices.
     rest: Vec<(u32, [u32; 3])>,
 }
 
@@ -300,9 +334,9 @@ impl Division {
         self.rest.iter().map(|(_, indices)| *indices).chain(self.patches.iter().flat_map(Patch::triangles))
     }
 
-    /// Returns for each triangle whether it is new.
-    fn is_new(&self) -> impl Iterator<Item = bool> {
-        self.rest.iter().map(|_| false).chain(self.patches.iter().flat_map(Patch::is_new))
+    /// Returns the ages of the triangles.
+    fn ages(&self) -> impl Iterator<Item = Age> {
+        self.rest.iter().map(|_| Age::Verified).chain(self.patches.iter().flat_map(Patch::ages).copied())
     }
 
     /// Returns for each triangle the number of its patch; `NONE` for those that stay.
@@ -316,10 +350,10 @@ impl Division {
 const MANY: u32 = u32::MAX - 1;
 
 impl Surface {
-    fn new(mesh: &TriangleMesh, errors: Vec<f64>, homes: Vec<u32>) -> Surface {
+    fn new(mesh: &TriangleMesh, (ages, errors): (Vec<Age>, Vec<f64>), homes: Vec<u32>) -> Surface {
         let is_refused = vec![false; mesh.positions.len()];
         let distance = errors.iter().copied().fold(0.0, f64::max);
-        Surface { triangles: mesh.triangles.clone(), homes, errors, is_refused, distance }
+        Surface { triangles: mesh.triangles.clone(), homes, ages, errors, is_refused, distance }
     }
 
     /// Divides the surface into patches, with the vertices and triangles assigned to each, and triangles away from all vertices that
@@ -339,6 +373,7 @@ impl Surface {
                     false => Either::Right((number as u32, *indices)),
                 }
             });
+        debug_assert!(rest.iter().all(|(number, _)| self.ages[*number as usize] == Age::Verified));
         let groups = split_at(&mut order, split);
         drop(order);
 
@@ -377,19 +412,21 @@ impl Surface {
         }
         let patches = groups.into_par_iter().zip(shares).map(|(group, share)| {
             let triangles: Vec<[u32; 3]> = group.iter().map(|&triangle| self.triangles[triangle as usize]).collect();
+            let ages = group.iter().map(|&triangle| self.ages[triangle as usize]).collect();
             let errors = group.iter().map(|&triangle| self.errors[triangle as usize]).collect();
             let standing = |vertex: u32| match patch_of_vertex[vertex as usize] {
                 MANY => Standing::Locked,
                 _ if self.is_refused[vertex as usize] => Standing::Refused,
                 _ => Standing::Open,
             };
-            Patch::new(&triangles, errors, standing, share)
+            Patch::new(&triangles, (ages, errors), standing, share)
         });
         Division { patches: patches.collect(), rest }
     }
 
-    /// Replaces the surface by the patches and the triangles that stay.
-    fn take(&mut self, division: &Division) {
+    /// Replaces the surface by the patches and the triangles that stay; those that a collapse made have an age from now on, and all
+    /// others are verified.
+    fn take(&mut self, division: &Division, new: Age) {
         let Division { patches, rest } = division;
         let mut number_of_rest = vec![NONE; self.triangles.len()];
         (0..).zip(rest).for_each(|(number, &(before, _))| number_of_rest[before as usize] = number);
@@ -398,6 +435,7 @@ impl Surface {
             *home = number_of_rest[*home as usize];
         }
         self.triangles = division.triangles().collect();
+        self.ages = division.ages().map(|age| if age == Age::New { new } else { Age::Verified }).collect();
         self.errors = rest.iter().map(|(before, _)| self.errors[*before as usize]).collect();
         for patch in patches {
             let first = self.errors.len() as u32;
@@ -447,7 +485,8 @@ fn split_at(order: &mut [(Vec3, u32)], split: f64) -> Vec<Vec<u32>> {
 }
 
 /// Decimates all patches and verifies the whole, round after round, until all checks pass; from the second round on, crossings are
-/// looked for only in what changed. Returns false if they fail even with all affected patches restored.
+/// looked for only in what changed. Returns false if they fail even with all affected patches restored, or where that may be because of
+/// an earlier pass.
 fn resolve(
     division: &mut Division,
     target: &Target,
@@ -460,17 +499,12 @@ fn resolve(
     let mut round = 0;
     loop {
         round += 1;
-        let patches = &mut division.patches;
-        // One by one, as they differ in their work.
-        let stale_patches = patches.par_iter_mut().zip(&stale).with_max_len(1).filter(|(_, stale)| **stale);
-        stale_patches.for_each(|(patch, _)| {
-            checkpoint();
-            patch.decimate(target);
-        });
+        decimate(&mut division.patches, &stale, target);
         let (mesh, _) = target.original.of_triangles(division.triangles().collect());
         debug_assert!(Faults::of(&mesh).are_none(), "collapses keep a manifold");
-        let is_new: Vec<bool> = division.is_new().collect();
-        if !is_new.contains(&true) {
+        let ages: Vec<Age> = division.ages().collect();
+        let is_unverified: Vec<bool> = ages.iter().map(|age| *age != Age::Verified).collect();
+        if !is_unverified.contains(&true) {
             return true;
         }
         *rounds += 1;
@@ -478,13 +512,23 @@ fn resolve(
         let patch_of: Vec<u32> = division.patch_of_triangle().collect();
         let is_in_open = |patch: u32| patch != NONE && is_open[patch as usize];
         // A triangle that was restored may cross a new one.
-        let is_tested = |(&patch, &is_new): (&u32, &bool)| is_in_open(patch) && (round > 1 || is_new);
-        let is_tested: Vec<bool> = patch_of.iter().zip(&is_new).map(is_tested).collect();
-        let pairs = crossing(&mesh, [&is_new, &is_tested], target.limits.precision);
+        let is_tested = |(&patch, &is_unverified): (&u32, &bool)| is_in_open(patch) && (round > 1 || is_unverified);
+        let is_tested: Vec<bool> = patch_of.iter().zip(&is_unverified).map(is_tested).collect();
+        let pairs = crossing(&mesh, [&is_unverified, &is_tested], target.limits.precision);
+        let is_new = |triangle: &u32| ages[*triangle as usize] == Age::New;
+        let is_older = |pair: &[u32; 2]| !pair.iter().any(is_new);
+        if pairs.iter().any(is_older) || (round >= ROUNDS && ages.contains(&Age::Unverified)) {
+            return false;
+        }
         is_open.fill(false);
         let crossed = pairs.as_flattened().iter().map(|&triangle| patch_of[triangle as usize]);
         crossed.filter(|&patch| patch != NONE).for_each(|patch| is_open[patch as usize] = true);
-        let mut places = corners_of_new(&pairs, &mesh, &is_new);
+        let corners = pairs
+            .as_flattened()
+            .iter()
+            .filter(|&triangle| is_new(triangle))
+            .flat_map(|&triangle| mesh.triangles[triangle as usize]);
+        let mut places: Vec<DVec3> = corners.map(|vertex| mesh.positions[vertex as usize]).collect();
         if places.is_empty() {
             places = acceptable(&mesh);
         }
@@ -509,17 +553,19 @@ fn resolve(
     }
 }
 
+/// Decimates those patches that are marked; one by one, as they differ in their work.
+fn decimate(patches: &mut [Patch], is_marked: &[bool], target: &Target) {
+    let marked = patches.par_iter_mut().zip(is_marked).with_max_len(1).filter(|(_, is_marked)| **is_marked);
+    marked.for_each(|(patch, _)| {
+        checkpoint();
+        patch.decimate(target);
+    });
+}
+
 /// Returns the number of pairs of triangles of a mesh that meet elsewhere than in what they share, exactly or rounded.
 pub fn crossing_pairs(mesh: &TriangleMesh, precision: Precision) -> u64 {
     let all = vec![true; mesh.triangles.len()];
     crossing(mesh, [&all, &all], precision).len() as u64
-}
-
-/// Returns the corners of the new triangles of some pairs.
-fn corners_of_new(pairs: &[[u32; 2]], mesh: &TriangleMesh, is_new: &[bool]) -> Vec<DVec3> {
-    let new = pairs.as_flattened().iter().filter(|&&triangle| is_new[triangle as usize]);
-    let corners = new.flat_map(|&triangle| mesh.triangles[triangle as usize]);
-    corners.map(|vertex| mesh.positions[vertex as usize]).collect()
 }
 
 /// Returns the pairs of triangles that meet elsewhere than in what they share, exactly or rounded, of which at least one is new and at

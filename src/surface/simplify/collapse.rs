@@ -65,6 +65,17 @@ pub(super) enum Standing {
     Locked,
 }
 
+/// What a triangle is to the verification of crossings.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Age {
+    /// It is of the mesh as given, or was verified after an earlier pass.
+    Verified,
+    /// An earlier pass made it, and it was not verified since.
+    Unverified,
+    /// A collapse made it.
+    New,
+}
+
 /// The part of a surface on which edges are collapsed.
 pub(super) struct Collapser<'a> {
     points: &'a [DVec3],
@@ -75,8 +86,7 @@ pub(super) struct Collapser<'a> {
     flat: f64,
     /// The triangles; `NONE` where one was removed.
     triangles: Vec<[u32; 3]>,
-    /// For each triangle, whether it is new.
-    is_new: Vec<bool>,
+    ages: Vec<Age>,
     /// For each triangle a bound of its distance from the original that it stands for, in either direction.
     errors: Vec<f64>,
     /// The largest distance measured.
@@ -123,8 +133,7 @@ fn rank(cost: f64, vertex: u32) -> u64 {
 pub(super) struct Collapsed {
     /// The triangles that are left.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle, whether a collapse made it.
-    pub is_new: Vec<bool>,
+    pub ages: Vec<Age>,
     /// For each triangle a bound of its distance from the original that it stands for, in either direction.
     pub errors: Vec<f64>,
     /// The largest of these, or distance measured.
@@ -134,11 +143,11 @@ pub(super) struct Collapsed {
 }
 
 impl<'a> Collapser<'a> {
-    /// Prepares triangles, with their errors, and with the number of the triangle that each sample is assigned to.
+    /// Prepares triangles, with their ages and errors, and with the number of the triangle that each sample is assigned to.
     pub fn new(
         points: &'a [DVec3],
         triangles: Vec<[u32; 3]>,
-        errors: Vec<f64>,
+        (ages, errors): (Vec<Age>, Vec<f64>),
         standings: &'a [Standing],
         (samples, homes): (&'a [DVec3], &[u32]),
         [bound, flat]: [f64; 2],
@@ -157,14 +166,13 @@ impl<'a> Collapser<'a> {
         }
         let samples = Samples::new(samples, homes, triangles.len());
         let scratch = Scratch { seen: vec![0; points.len()], ..Scratch::default() };
-        let is_new = vec![false; triangles.len()];
         Collapser {
             points,
             standings,
             bound,
             flat,
             triangles,
-            is_new,
+            ages,
             errors,
             distance: 0.0,
             around,
@@ -368,7 +376,7 @@ impl<'a> Collapser<'a> {
             }
         }
         for (&(number, _), &error) in scratch.faces.iter().zip(&scratch.errors) {
-            self.is_new[number as usize] = true;
+            self.ages[number as usize] = Age::New;
             self.errors[number as usize] = error;
         }
         let quadric = self.quadrics[from as usize];
@@ -390,7 +398,7 @@ impl<'a> Collapser<'a> {
             let place = collapsed.triangles.len() as u32;
             self.samples.of(number).for_each(|sample| collapsed.homes[sample as usize] = place);
             collapsed.triangles.push(self.triangles[number as usize]);
-            collapsed.is_new.push(self.is_new[number as usize]);
+            collapsed.ages.push(self.ages[number as usize]);
             let error = self.errors[number as usize];
             collapsed.errors.push(error);
             if error < self.bound {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::collapse::{Collapsed, Collapser, Standing};
+use super::collapse::{Age, Collapsed, Collapser, Standing};
 use super::nodes::NodeGuard;
 use super::original::Original;
 use super::{Target, spread};
@@ -15,7 +15,8 @@ pub(super) struct Patch {
     vertices: Vec<u32>,
     /// Its initial triangles, by places in `vertices`.
     start: Vec<[u32; 3]>,
-    /// Their errors.
+    /// Their ages and errors.
+    ages: Vec<Age>,
     errors: Vec<f64>,
     /// For each of `vertices`, whether it may be removed.
     standings: Vec<Standing>,
@@ -45,10 +46,10 @@ pub(super) struct Near {
 }
 
 impl Patch {
-    /// Creates a patch of triangles of original vertices, with their errors, and with the standing of each vertex.
+    /// Creates a patch of triangles of original vertices, with their ages and errors, and with the standing of each vertex.
     pub(super) fn new(
         triangles: &[[u32; 3]],
-        errors: Vec<f64>,
+        (ages, errors): (Vec<Age>, Vec<f64>),
         standing: impl Fn(u32) -> Standing,
         original: Share,
     ) -> Patch {
@@ -58,7 +59,7 @@ impl Patch {
         let place = |vertex: u32| vertices.binary_search(&vertex).expect("all vertices are listed") as u32;
         let start = triangles.iter().map(|indices| indices.map(place)).collect();
         let standings = vertices.iter().map(|&vertex| standing(vertex)).collect();
-        Patch { vertices, start, errors, standings, original, result: Collapsed::default() }
+        Patch { vertices, start, ages, errors, standings, original, result: Collapsed::default() }
     }
 
     /// Returns its current triangles, by original vertices.
@@ -70,13 +71,13 @@ impl Patch {
     pub(super) fn beside_locked(&self) -> impl Iterator<Item = (u32, bool)> {
         let is_locked = |&place: &u32| self.standings[place as usize] == Standing::Locked;
         let beside =
-            self.result.triangles.iter().zip(self.is_new()).filter(move |(indices, _)| indices.iter().any(is_locked));
-        beside.flat_map(|(indices, is_new)| indices.map(|place| (self.vertices[place as usize], is_new)))
+            self.result.triangles.iter().zip(self.ages()).filter(move |(indices, _)| indices.iter().any(is_locked));
+        beside.flat_map(|(indices, age)| indices.map(|place| (self.vertices[place as usize], *age == Age::New)))
     }
 
-    /// Returns for each of its triangles whether it is new.
-    pub(super) fn is_new(&self) -> impl Iterator<Item = bool> {
-        self.result.is_new.iter().copied()
+    /// Returns the ages of its triangles.
+    pub(super) fn ages(&self) -> &[Age] {
+        &self.result.ages
     }
 
     /// Returns for each of its triangles a bound of its distance from the original, in either direction.
@@ -118,9 +119,9 @@ impl Patch {
         let points: Vec<DVec3> = self.vertices.iter().map(|&vertex| place(vertex)).collect();
         let samples: Vec<DVec3> = self.original.points.iter().map(|&point| target.point(point) - middle).collect();
         let guard = target.limits.grid.map(|grid| NodeGuard::new(grid, middle));
-        let (start, errors) = (self.start.clone(), self.errors.clone());
+        let (start, known) = (self.start.clone(), (self.ages.clone(), self.errors.clone()));
         let assigned = (&samples[..], &self.original.homes[..]);
-        let collapser = Collapser::new(&points, start, errors, &self.standings, assigned, bounds);
+        let collapser = Collapser::new(&points, start, known, &self.standings, assigned, bounds);
         let original = target.measures.then_some(|| {
             let flat = self.start.iter().zip(&self.errors).filter(|(_, error)| **error <= target.flat());
             let own: Vec<[u32; 3]> = flat.map(|(indices, _)| *indices).collect();
