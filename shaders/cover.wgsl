@@ -96,7 +96,8 @@ fn cover_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) 
     var covered = vec2(0);
     if index / BLOCK_ROWS < view.blocks {
         block = blocks[index / BLOCK_ROWS];
-        row = i32(block.y >> 2u) + i32(index % BLOCK_ROWS);
+        // A triangle may begin before the first row.
+        row = (bitcast<i32>(block.y) >> 2u) + i32(index % BLOCK_ROWS);
         let axis = block.y & 3u;
         a = seen_along(axis, corner(block.x, 0u));
         b = seen_along(axis, corner(block.x, 1u));

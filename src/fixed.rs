@@ -245,8 +245,9 @@ pub fn for_each_run(
     rows: &Range<i32>,
     mut cover: impl FnMut(i32, Range<i32>),
 ) {
-    // Corners in the order of their rows. Triangles come in any order, so that branches would be mispredicted.
-    let key = |i: usize| u64::from(corners[i][1] as u32) << 2 | i as u64;
+    // Corners in the order of their rows, which may begin before the grid. Triangles come in any order, so that branches would be
+    // mispredicted.
+    let key = |i: usize| u64::from(corners[i][1] as u32 ^ 1 << 31) << 2 | i as u64;
     let keys = [key(0), key(1), key(2)];
     let (least, greatest) = (keys[0].min(keys[1]).min(keys[2]), keys[0].max(keys[1]).max(keys[2]));
     let between = keys[0] ^ keys[1] ^ keys[2] ^ least ^ greatest;

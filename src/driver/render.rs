@@ -384,17 +384,15 @@ impl<'s> Stage<'s> {
         };
         let camera = Camera::aim(job.format, subject, all)
             .map_err(|error| Error::input(format!("{}: {error}", raster::names(solids))))?;
-        let mut lattice: Vec<LatticeSolid> =
-            solids.iter().map(|solid| solid.quantise(camera.grid())).collect::<Result<_, _>>()?;
+        let seen = |solid: &'s Solid| Ok(camera.see(&solid.quantise(camera.raster())?));
+        let mut lattice = solids.iter().map(seen).collect::<Result<Vec<LatticeSolid>, Error>>()?;
         if solids.iter().all(Solid::is_closed) {
-            let window = window(&camera);
             let bounds: Vec<LatticeBox> = lattice.iter().map(|solid| *solid.bounds()).collect();
             let regions = match job.scenery {
                 Scenery::Shaded { .. } => job.expression.regions(&bounds),
                 Scenery::Slice(_) => bounds,
             };
-            lattice =
-                lattice.into_iter().zip(regions).map(|(s, region)| s.within(&region.intersection(&window))).collect();
+            lattice = lattice.into_iter().zip(regions).map(|(solid, region)| solid.within(&region)).collect();
         }
         memory::admit_pictures(camera.grid(), &lattice, Limit::new(job.memory), "lower --size or --samples")?;
         let choice = backends.choose(|| work(&lattice, &[Axis::Z]));
@@ -501,16 +499,6 @@ fn pale(job: &RenderJob, input: usize) -> Colour {
 
 fn hull(a: ViewBox, b: ViewBox) -> ViewBox {
     ViewBox { min: a.min.min(b.min), max: a.max.max(b.max) }
-}
-
-/// Returns the rays of the picture, as a box on the lattice.
-pub(crate) fn window(camera: &Camera) -> LatticeBox {
-    let ([low, high], grid) = (camera.window(), camera.grid());
-    let steps = |rays: u32| (rays << grid.shift()) as i32;
-    LatticeBox {
-        min: [steps(low[0]), steps(low[1]), 0],
-        max: [steps(high[0]), steps(high[1]), grid.length(Axis::Z.depth())],
-    }
 }
 
 /// Rays along the longest side of all solids, for the box of the result of several.

@@ -6,7 +6,7 @@
 //! guarantees of the toolkit hold for the solid after this one rounding, whose size is
 //! [`quantisation`](Grid::quantisation).
 //!
-//! Ranges: lattice positions lie in `[0, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
+//! Ranges: lattice positions lie in `[0, 2^30)`, of a solid on a part of its grid in `(-2^30, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
 //! holds 2^20 lattice steps.
 
 mod offset;
@@ -441,8 +441,8 @@ impl Closure {
 
 /// A mesh on the lattice of a [`Grid`]: the input of samplers.
 ///
-/// Only [`Grid::quantise`] and [`Grid::quantise_open`] create one, so its positions are even, inside the grid, and
-/// identical where the input's were.
+/// [`Grid::quantise`] and [`Grid::quantise_open`] create one, so its positions are even, inside the grid, and identical where the
+/// input's were. One that is moved to a part of its grid, as by a camera that shows a detail, extends beyond that by less than 2^30.
 #[derive(Clone, Debug)]
 pub struct LatticeSolid<'m> {
     grid: Grid,
@@ -483,7 +483,7 @@ impl LatticeSolid<'_> {
         &self.grid
     }
 
-    /// Returns the even lattice positions; those outside the grid belong to no triangle and read as zero.
+    /// Returns the even lattice positions; those that could not be placed belong to no triangle.
     pub fn positions(&self) -> &[[i32; 3]] {
         &self.positions
     }

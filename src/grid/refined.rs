@@ -29,6 +29,13 @@ impl Grid {
         Grid::from_parts(origin, pitch, rays.map(|n| n as u32), self.shift - levels, self.lod)
     }
 
+    /// Returns the grid of some of its pixels along each axis.
+    pub(crate) fn part(&self, pixels: &[Range<u32>; 3]) -> Grid {
+        let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
+        let rays = pixels.each_ref().map(|range| range.end - range.start);
+        Grid { origin: self.origin + self.pitch * starts, rays, ..*self }
+    }
+
     /// Returns the lattice position, on the grid [refined](Grid::refined) by some levels, of this grid's position 0.
     pub(crate) fn refined_by(&self, levels: u32) -> i32 {
         1 << (self.shift - levels - 1)
@@ -58,11 +65,7 @@ impl FineBox {
 
     /// Returns the box of some pixels of the same finer raster.
     pub fn with_pixels(&self, pixels: [Range<u32>; 3]) -> FineBox {
-        let FineBox { whole, .. } = *self;
-        let starts = DVec3::from_array(pixels.each_ref().map(|range| f64::from(range.start)));
-        let rays = pixels.each_ref().map(|range| range.end - range.start);
-        let grid = Grid { origin: whole.origin + whole.pitch * starts, rays, ..whole };
-        FineBox { whole, grid, pixels }
+        FineBox { whole: self.whole, grid: self.whole.part(&pixels), pixels }
     }
 
     /// Returns the grid of the pixels in the box, on which its images lie.
@@ -97,27 +100,33 @@ impl FineBox {
     }
 }
 
-impl LatticeSolid<'_> {
-    /// Returns the same solid on the finer raster of a box, for its image along an axis: only the columns of the box are left, and rows
-    /// beyond it stay empty. The rays run through all of the solid, of which nothing is rounded again.
-    pub(crate) fn along(&self, axis: Axis, fine: &FineBox) -> LatticeSolid<'_> {
-        let (across, columns) = (axis.column(), &fine.pixels[axis.column()]);
-        let mut by = [fine.refined_by(); 3];
-        by[across] -= (columns.start << fine.whole.shift) as i32;
-        let mut grid = fine.whole;
-        grid.rays[across] = columns.end - columns.start;
-        grid.origin[across] += grid.pitch * f64::from(columns.start);
+impl<'m> LatticeSolid<'m> {
+    /// Returns the same solid on the finer raster of a box, for its image along an axis of the pixels of the box across it. The rays run
+    /// through all of the solid, of which nothing is rounded again.
+    pub(crate) fn along(&self, axis: Axis, fine: &FineBox) -> LatticeSolid<'m> {
+        let mut pixels = fine.pixels.clone();
+        pixels[axis.depth()] = 0..fine.whole.rays[axis.depth()];
+        self.moved(&fine.whole, fine.refined_by(), &pixels)
+    }
+
+    /// Returns the same solid for images along z of some of its grid's pixels along x and y. The rays run through all of the solid.
+    pub(crate) fn within_pixels(&self, [columns, rows]: &[Range<u32>; 2]) -> LatticeSolid<'m> {
+        self.moved(&self.grid, 0, &[columns.clone(), rows.clone(), 0..self.grid.rays[2]])
+    }
+
+    /// Returns the same solid on the grid of some pixels of a raster, beyond which it may extend. Its own positions on the raster are
+    /// larger by `from`.
+    fn moved(&self, raster: &Grid, from: i32, pixels: &[Range<u32>; 3]) -> LatticeSolid<'m> {
+        let by = pixels.each_ref().map(|range| from - (range.start << raster.shift) as i32);
+        let grid = raster.part(pixels);
         let moved = |p: [i32; 3]| std::array::from_fn(|i| p[i] + by[i]);
-        let mut region = grid.whole();
-        let row = axis.row();
-        [region.min[row], region.max[row]] = fine.span(Axis::ALL[row]);
         LatticeSolid {
             grid,
             positions: Cow::Owned(self.positions.par_iter().with_min_len(1 << 14).map(|&p| moved(p)).collect()),
             triangles: self.triangles,
             closure: self.closure,
             bounds: LatticeBox { min: moved(self.bounds.min), max: moved(self.bounds.max) },
-            region,
+            region: grid.whole(),
             identity: NEXT_IDENTITY.fetch_add(1, Ordering::Relaxed),
         }
     }
@@ -126,11 +135,12 @@ impl LatticeSolid<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ldi::{FillRule, Mode};
+    use crate::ldi::{Estimate, FillRule, Mode};
     use crate::sampler::Sampler;
     use crate::sampler::cpu::CpuSampler;
     use crate::solids;
     use crate::testing::images::{closed, grid_around, images};
+    use crate::testing::random::Random;
 
     #[test]
     fn the_rays_of_a_refined_raster_include_the_old_ones_to_the_bit() {
@@ -159,14 +169,42 @@ mod tests {
                         if columns.contains(&column) && pixels[axis.row()].contains(&row) {
                             let [on_whole, on_box] = [fine.refined_by(), -fine.origin()[axis.depth()]]
                                 .map(|by| coarse.samples(ray).iter().map(|d| d + by).collect::<Vec<_>>());
-                            let column = column - columns.start;
-                            assert_eq!(image.samples(row * image.size().0 + column), on_whole, "{axis:?} {ray}");
-                            assert_eq!(in_box.samples((row - 3) * in_box.size().0 + column), on_box, "{axis:?} {ray}");
+                            let ray_of_box = (row - 3) * image.size().0 + column - columns.start;
+                            assert_eq!(image.samples(ray_of_box), on_whole, "{axis:?} {ray}");
+                            assert_eq!(in_box.samples(ray_of_box), on_box, "{axis:?} {ray}");
                             compared += on_box.len();
                         }
                     }
                 }
                 assert!(compared > 100);
+            }
+        }
+    }
+
+    #[test]
+    fn rays_of_some_pixels_are_those_of_the_whole_grid() {
+        let star = closed(solids::star(1.0, 0.3, 2).unwrap());
+        let grid = grid_around(&[&star], 90, 64);
+        let solid = grid.quantise(&star).unwrap();
+        let [columns, rows, _] = grid.rays();
+        let mut random = Random::new(5);
+        let mut some = |count: u32| {
+            let start = random.below(count as usize) as u32;
+            start..start + 1 + random.below((count - start) as usize) as u32
+        };
+        for _ in 0..40 {
+            let pixels = [some(columns), some(rows)];
+            let part = solid.within_pixels(&pixels);
+            for mode in [Mode::Exact, Mode::Estimate(Estimate::Over), Mode::Estimate(Estimate::Under)] {
+                let sample = |solid| CpuSampler::default().sample(solid, Axis::Z, mode, FillRule::EvenOdd).unwrap();
+                let [whole, part] = [sample(&solid), sample(&part)];
+                let [columns_of_part, _] = pixels.each_ref().map(|range| range.end - range.start);
+                for (y, row) in pixels[1].clone().enumerate() {
+                    for (x, column) in pixels[0].clone().enumerate() {
+                        let ray = y as u32 * columns_of_part + x as u32;
+                        assert_eq!(part.samples(ray), whole.samples(row * columns + column), "{pixels:?} {mode:?}");
+                    }
+                }
             }
         }
     }

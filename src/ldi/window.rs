@@ -8,8 +8,8 @@ use crate::grid::{FineBox, Grid};
 impl Ldi {
     /// Returns the part of the image of a solid [along](crate::grid::LatticeSolid::along) its axis that lies in the box.
     pub(crate) fn in_box(&self, fine: &FineBox) -> Ldi {
-        let (mut pixels, across) = (fine.pixels().clone(), self.axis().column());
-        pixels[across] = 0..pixels[across].end - pixels[across].start;
+        let (mut pixels, along) = (fine.grid().rays().map(|count| 0..count), self.axis().depth());
+        pixels[along] = fine.pixels()[along].clone();
         self.window(*fine.grid(), &pixels)
     }
 

@@ -90,8 +90,8 @@ impl<H: Hit + Sync> RaySpans<H> {
         let primitives = primitives.along(axis, fine);
         let lists = CpuSampler::default().crossings(&primitives, axis, exterior.keep())?;
         let through = RaySpans { axis, offsets: lists.offsets, hits: lists.hits };
-        let (columns, first) = (primitives.grid().image_size(axis).0, fine.pixels()[axis.row()].start);
-        RaySpans::in_box(fine, axis, exterior, |[column, row]| through.of_ray((first + row) * columns + column))
+        let (columns, _) = primitives.grid().image_size(axis);
+        RaySpans::in_box(fine, axis, exterior, |[column, row]| through.of_ray(row * columns + column))
     }
 }
 

@@ -101,23 +101,22 @@ struct Volume {
 }
 
 impl Volume {
-    /// Builds the volume in the camera's window; `None` where there are no samples.
+    /// Builds the volume; `None` where there are no samples.
     fn of(scene: &Scene) -> Option<Volume> {
-        let [[left, bottom], [right, top]] = scene.camera.window();
-        let (columns, _) = scene.image.size();
+        let (columns, rows) = scene.image.size();
         let row_depths = |row: u32| {
-            let rays = (left..right).map(|column| scene.image.samples(row * columns + column));
+            let rays = (0..columns).map(|column| scene.image.samples(row * columns + column));
             rays.filter_map(|s| Some((*s.first()?, *s.last()?))).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
         };
-        let depths = (bottom..top).into_par_iter().filter_map(row_depths);
+        let depths = (0..rows).into_par_iter().filter_map(row_depths);
         let (near, far) = depths.reduce_with(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
         let scale = 1.0 / (1u64 << scene.camera.grid().shift()) as f32;
         let (z0, z1) = (near as f32 * scale, far as f32 * scale);
 
-        let mut side = (right - left).max(top - bottom).div_ceil(CELLS).max(1);
+        let mut side = columns.max(rows).div_ceil(CELLS).max(1);
         let size = |side: u32| {
             let depth = ((z1 - z0) / side as f32).ceil().max(1.0) as usize;
-            [(right - left).div_ceil(side) as usize, (top - bottom).div_ceil(side) as usize, depth]
+            [columns.div_ceil(side) as usize, rows.div_ceil(side) as usize, depth]
         };
         while size(side).into_iter().product::<usize>() > CELLS_MAX {
             side += side.div_ceil(8);
@@ -127,7 +126,7 @@ impl Volume {
             size,
             cells: vec![0; size.into_iter().product()],
             side: side as f32,
-            corner: Vec3::new(left as f32, bottom as f32, z0),
+            corner: Vec3::new(0.0, 0.0, z0),
         };
         let rows: Vec<Vec<u8>> = (0..size[1]).into_par_iter().map(|y| volume.row(scene, y, side, scale)).collect();
         let [nx, ny, _] = size;
@@ -150,12 +149,12 @@ impl Volume {
         let (columns, rows) = scene.image.size();
         // Up to four rays along a side of a cell are enough.
         let stride = side.div_ceil(4);
-        let (left, bottom) = (self.corner.x as u32, self.corner.y as u32 + y as u32 * side);
+        let bottom = y as u32 * side;
         let mut shares = vec![0.0f32; nz];
         let mut cells = vec![0; nx * nz];
         for x in 0..nx {
             checkpoint();
-            let first = left + x as u32 * side;
+            let first = x as u32 * side;
             let rays = |from: u32, most: u32| (from..(from + side).min(most)).step_by(stride as usize);
             shares.fill(0.0);
             let mut looked_at = 0.0;

@@ -3,14 +3,18 @@
 //! In the coordinates of a view x points right, y up and z towards the eye, so that rays along +z, as in images, run towards
 //! the eye and the *last* sample of a ray is visible. The projection is orthographic: a scale bar holds everywhere in the
 //! picture.
+//!
+//! Solids are placed on a raster around all of them. Images lie on the part of it that the picture shows: a detail of large solids
+//! has no more rays than all of them.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 use glam::{DMat3, DVec3};
 
-use crate::grid::{Axis, Grid, GridError, LATTICE_MAX, RAYS_MAX};
+use crate::grid::{Axis, Grid, GridError, LATTICE_MAX, LatticeSolid, RAYS_MAX};
 
 /// The direction that a solid is seen from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +153,9 @@ pub enum CameraError {
         /// The requested number.
         rays: u32,
     },
+    /// The picture shows no part of the solids.
+    #[error("the subject of the picture lies outside of all solids")]
+    Outside,
     /// No grid is possible.
     #[error(transparent)]
     Grid(#[from] GridError),
@@ -160,17 +167,22 @@ const MARGIN: f64 = 0.05;
 /// The share of the picture's height that is left for the scale bar below.
 const FOOT: f64 = 0.07;
 
-/// A raster behind a picture: its grid contains all solids, and the picture is a window on it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The rays behind a picture.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     format: Format,
+    /// A raster around all solids.
+    raster: Grid,
+    /// Its columns and rows that the picture shows.
+    window: [Range<u32>; 2],
+    /// The grid of these.
     grid: Grid,
-    /// Column and row of the ray at the lower left corner of the picture; they may lie outside the grid.
+    /// Column and row of the ray at the lower left corner of the picture; they lie outside the grid where the raster ends.
     corner: [i64; 2],
 }
 
 impl Camera {
-    /// Aims a camera so that its picture shows `subject` as large as possible, on a grid around `all` solids.
+    /// Aims a camera so that its picture shows `subject` as large as possible, on a raster around `all` solids.
     pub fn aim(format: Format, subject: ViewBox, all: ViewBox) -> Result<Camera, CameraError> {
         let Format { width, height, supersampling } = format;
         if !(SIDES.contains(&width) && SIDES.contains(&height)) {
@@ -189,19 +201,41 @@ impl Camera {
             return Err(GridError::NoExtent { longest }.into());
         }
         let pitch = pixel / f64::from(supersampling);
-        let grid = lay(all, pitch)?;
+        let raster = lay(all, pitch)?;
         let middle = 0.5 * (subject.min + subject.max);
         let pixels = [0.5 * f64::from(width), 0.5 * (f64::from(height) + foot)];
         let corner = [0, 1].map(|i| {
-            ((middle[i] - grid.origin()[i]) / pitch).round() as i64
+            ((middle[i] - raster.origin()[i]) / pitch).round() as i64
                 - (pixels[i] * f64::from(supersampling)).round() as i64
         });
-        Ok(Camera { format, grid, corner })
+        let window = [0, 1].map(|i| {
+            let shown = i64::from([width, height][i]) * i64::from(supersampling);
+            let within = |at: i64| at.clamp(0, i64::from(raster.rays()[i])) as u32;
+            within(corner[i])..within(corner[i] + shown)
+        });
+        if window.iter().any(Range::is_empty) {
+            return Err(CameraError::Outside);
+        }
+        let [columns, rows] = window.clone();
+        let corner = [0, 1].map(|i| corner[i] - i64::from(window[i].start));
+        let grid = raster.part(&[columns, rows, 0..raster.rays()[2]]);
+        Ok(Camera { format, raster, window, grid, corner })
     }
 
     /// Returns the size of the picture.
     pub fn format(&self) -> Format {
         self.format
+    }
+
+    /// Returns the grid that solids are quantised on, to be [seen](Camera::see) by this camera.
+    pub fn raster(&self) -> &Grid {
+        &self.raster
+    }
+
+    /// Returns a solid on the grid of this camera, from one on its [raster](Camera::raster).
+    pub fn see<'m>(&self, solid: &LatticeSolid<'m>) -> LatticeSolid<'m> {
+        assert!(solid.grid() == &self.raster, "the solid lies on the camera's raster");
+        solid.within_pixels(&self.window)
     }
 
     /// Returns the grid that images of this camera are sampled on, along [`Axis::Z`].
@@ -228,17 +262,6 @@ impl Camera {
         let (columns, rows) = self.grid.image_size(Axis::Z);
         let inside = (0..i64::from(columns)).contains(&column) && (0..i64::from(rows)).contains(&row);
         inside.then(|| row as u32 * columns + column as u32)
-    }
-
-    /// Returns the box of visible rays on the grid: least and greatest column and row.
-    pub fn window(&self) -> [[u32; 2]; 2] {
-        let (columns, rows) = self.grid.image_size(Axis::Z);
-        let s = i64::from(self.format.supersampling);
-        let far =
-            [self.corner[0] + i64::from(self.format.width) * s, self.corner[1] + i64::from(self.format.height) * s];
-        let within = |value: i64, most: u32| value.clamp(0, i64::from(most)) as u32;
-        let ends = |ends: [i64; 2]| [within(ends[0], columns), within(ends[1], rows)];
-        [ends(self.corner), ends(far)]
     }
 }
 
@@ -322,6 +345,26 @@ mod tests {
         let (columns, _) = camera.grid().image_size(Axis::Z);
         let world = camera.grid().origin().x + (f64::from(ray % columns) + 0.5) * camera.grid().pitch();
         assert!((camera.place(DVec3::new(world, 0.0, 0.0))[0] - f64::from(x) / 2.0 - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn images_have_the_rays_of_the_picture_alone() {
+        let format = Format { width: 64, height: 48, supersampling: 2 };
+        let all = ViewBox { min: DVec3::ZERO, max: DVec3::splat(100.0) };
+        for corner in [0.0, 40.0, 98.0] {
+            let subject = ViewBox { min: DVec3::splat(corner), max: DVec3::splat(corner + 2.0) };
+            let camera = Camera::aim(format, subject, all).unwrap();
+            let [width, height, depth] = camera.grid().rays();
+            assert!(width <= 128 && height <= 96 && depth == camera.raster().rays()[2]);
+            // Where solids may be, subpixels have rays.
+            let [x, y] = camera.place(DVec3::splat(corner + 1.0)).map(|at| 2 * at as u32);
+            let ray = camera.ray(x, y).unwrap();
+            let column = f64::from(ray % width) + 0.5;
+            let world = camera.grid().origin().x + column * camera.grid().pitch();
+            assert!((world - corner - 1.0).abs() < camera.pixel(), "{world}");
+        }
+        let beside = ViewBox { min: DVec3::splat(200.0), max: DVec3::splat(202.0) };
+        assert_eq!(Camera::aim(format, beside, all), Err(CameraError::Outside));
     }
 
     #[test]

@@ -77,7 +77,7 @@ mod tests {
     fn picture_with(mesh: TriangleMesh, view: View, cut: Option<Cut>, facets: Facets) -> (Camera, Canvas) {
         let mesh = turned(mesh, view);
         let camera = Camera::aim(FORMAT, bounds(&mesh), bounds(&mesh)).unwrap();
-        let solid = camera.grid().quantise(&mesh).unwrap();
+        let solid = camera.see(&camera.raster().quantise(&mesh).unwrap());
         let image = CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap();
         let skins = [Skin { positions: solid.positions(), triangles: solid.triangles(), tint: palette::alone() }];
         let scene = Scene { camera: &camera, image: &image, skins: &skins, cut, cut_tint: palette::cut() };
@@ -143,7 +143,7 @@ mod tests {
             );
             let (all, subject) = (ViewBox { min: DVec3::ZERO, max: DVec3::splat(5.0) }, bounds(&block));
             let camera = Camera::aim(FORMAT, subject, all).unwrap();
-            let lattice = [&block, &hole].map(|mesh| camera.grid().quantise(mesh).unwrap());
+            let lattice = [&block, &hole].map(|mesh| camera.see(&camera.raster().quantise(mesh).unwrap()));
             let images = lattice
                 .each_ref()
                 .map(|solid| CpuSampler::default().sample_surface(solid, Axis::Z, FillRule::EvenOdd).unwrap());
@@ -220,7 +220,7 @@ mod tests {
         let all = ViewBox { min: DVec3::ZERO, max: DVec3::splat(3.0) };
         let camera = Camera::aim(FORMAT, all, all).unwrap();
         let images = meshes.each_ref().map(|mesh| {
-            let solid = camera.grid().quantise(mesh).unwrap();
+            let solid = camera.see(&camera.raster().quantise(mesh).unwrap());
             CpuSampler::default().sample_surface(&solid, Axis::Z, FillRule::EvenOdd).unwrap()
         });
         let images: Vec<&Ldi> = images.iter().collect();

@@ -156,6 +156,14 @@ fn pictures_are_equal_on_cpu_and_gpu() {
         let arguments = ["render", &gyroid, &bone, "--size", "120x90", "-o", "image.png"];
         same_on_both(&folder, &[&arguments, more].concat());
     }
+    // The picture shows a small part of the first solid.
+    let small = cuboid([1.0, 2.0, 3.0], [2.0, 2.5, 3.5]);
+    folder.stl("small.stl", &small);
+    folder.stl("open.stl", &small[1..]);
+    for more in [&["small.stl"][..], &["open.stl", "--allow-open"]] {
+        let arguments = ["render", "--csg", "a & b", "--size", "120x90", "-o", "image.png", &gyroid];
+        same_on_both(&folder, &[&arguments, more].concat());
+    }
 }
 
 #[test]

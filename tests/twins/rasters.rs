@@ -1,7 +1,9 @@
 //! Rasters of every shape and size.
 
+use glam::{DAffine3, DVec3};
 use ldi_ops::grid::{Axis, Grid};
 use ldi_ops::mesh::ClosedMesh;
+use ldi_ops::picture::{Camera, Format, View, ViewBox};
 use ldi_ops::sampler::{Estimate, FillRule, Mode};
 use ldi_ops::solids;
 
@@ -9,7 +11,7 @@ use crate::lattice::lod;
 use crate::on_lattice::{closed, grid};
 use crate::soups::{self, Frame, Soup};
 use crate::testing::random::Random;
-use crate::twin::{self, Twin, compare_all, compare_image, compare_intersections};
+use crate::twin::{self, Twin, compare_all, compare_along, compare_image, compare_intersections};
 
 const OVER: Mode = Mode::Estimate(Estimate::Over);
 
@@ -42,6 +44,32 @@ fn rasters_of_one_ray_and_of_one_row_have_equal_images() {
     }
     for shift in [2, 20, 28, 29] {
         compare_raster(twin::all(), shift, [1; 3], 1024);
+    }
+}
+
+/// Pictures of details: the solids begin before the first row and column and end behind the last ones.
+#[test]
+fn solids_that_extend_beyond_their_grid_have_equal_images() {
+    let format = Format { width: 40, height: 30, supersampling: 1 };
+    let mut random = Random::new(12);
+    let models =
+        [solids::cuboid(DVec3::ZERO, DVec3::new(9.0, 8.0, 7.0)), solids::geodesic(5.0, 9), solids::star(5.0, 1.5, 2)];
+    for model in models {
+        let mut mesh = model.unwrap();
+        mesh.transform(&DAffine3::from_mat3(View::Isometric.rotation()));
+        let solid = ClosedMesh::check(mesh.clone()).unwrap();
+        mesh.triangles.pop();
+        let (min, max) = (solid.bounds().min, solid.bounds().max);
+        for _ in 0..6 {
+            let corner = min + (max - min) * DVec3::new(0.8 * random.share(), 0.8 * random.share(), 0.0);
+            let subject = ViewBox { min: corner, max: corner + 0.2 * (max - min) };
+            let camera = Camera::aim(format, subject, ViewBox { min, max }).unwrap();
+            let seen = camera.see(&camera.raster().quantise(&solid).unwrap());
+            assert!((0..2).any(|i| seen.bounds().min[i] < 0));
+            compare_along(format_args!("closed at {corner}"), twin::all(), &seen, Axis::Z);
+            let open = camera.see(&camera.raster().quantise_open(&mesh).unwrap());
+            compare_along(format_args!("open at {corner}"), twin::all(), &open, Axis::Z);
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::Error;
 use crate::boolean::{BooleanOperation, Expression, Operand, Plan};
 use crate::driver::clash::{Clashes, Pair, Relation};
 use crate::driver::memory::{Limit, admit_pictures};
-use crate::driver::render::{across, window};
+use crate::driver::render::across;
 use crate::grid::{Axis, LatticeSolid};
 use crate::ldi::Ldi;
 use crate::mesh::{Aabb, ClosedMesh, LengthUnit};
@@ -131,9 +131,8 @@ impl Stage {
 
     /// Returns both parts within the picture, if their images fit into memory.
     fn lattice(&self) -> Result<Vec<LatticeSolid<'_>>, Error> {
-        let window = window(&self.camera);
-        let quantise = |mesh| Ok(self.camera.grid().quantise(mesh).map_err(Error::input)?.within(&window));
-        let lattice = self.meshes.iter().map(quantise).collect::<Result<Vec<LatticeSolid>, Error>>()?;
+        let seen = |mesh| Ok(self.camera.see(&self.camera.raster().quantise(mesh).map_err(Error::input)?));
+        let lattice = self.meshes.iter().map(seen).collect::<Result<Vec<LatticeSolid>, Error>>()?;
         admit_pictures(self.camera.grid(), &lattice, Limit::new(self.memory), "raise --memory")?;
         Ok(lattice)
     }

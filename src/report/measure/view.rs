@@ -47,10 +47,11 @@ pub fn view(subject: Subject, (fill, limit): (FillRule, Limit), sampler: &dyn Sa
     let closed: Vec<Result<ClosedMesh, TriangleMesh>> =
         turned.into_iter().map(|mesh| ClosedMesh::check(mesh).map_err(|open| open.mesh)).collect();
     let lattice = closed.iter().map(|mesh| match mesh {
-        Ok(closed) => camera.grid().quantise(closed),
-        Err(open) => camera.grid().quantise_open(open),
+        Ok(closed) => camera.raster().quantise(closed),
+        Err(open) => camera.raster().quantise_open(open),
     });
-    let lattice = lattice.collect::<Result<Vec<_>, _>>().map_err(Error::input)?;
+    let lattice = lattice.map(|solid| Ok(camera.see(&solid.map_err(Error::input)?)));
+    let lattice = lattice.collect::<Result<Vec<_>, Error>>()?;
     admit_pictures(camera.grid(), &lattice, limit, "raise --memory")?;
     let images = lattice.iter().map(|solid| sampler.sample_surface(solid, Axis::Z, fill));
     let images = images.collect::<Result<Vec<Ldi>, _>>()?;

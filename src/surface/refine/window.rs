@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::super::border::Scale;
 use super::groups::Group;
-use crate::grid::{Axis, FineBox, Grid};
+use crate::grid::{FineBox, Grid};
 use crate::ldi::Ldi;
 
 /// The exact images of a solid in a box of finer pixels, with the triangles of their samples.
@@ -46,7 +46,7 @@ impl Window {
         });
         let offset = std::array::from_fn(|i| whole.offset[i] - pixels[i].start as i32);
         let [x, y, z] = pixels.each_ref().map(|range| u64::from(range.end - range.start));
-        let is_small = fits(&pixels, fine.whole().rays()) && x * y * z / 64 <= MOST_WORDS;
+        let is_small = fits(&pixels) && x * y * z / 64 <= MOST_WORDS;
         is_small.then(|| Window { scale: Scale { levels, offset }, fine: fine.with_pixels(pixels) })
     }
 }
@@ -54,15 +54,15 @@ impl Window {
 /// A box of pixels.
 type Pixels = [Range<u32>; 3];
 
-/// Most rays of an image along one axis, with the empty rows beside those that are needed, which some samplers have.
+/// Most rays of an image along one axis.
 const MOST_RAYS: u64 = 1 << 24;
 
 /// Most words of the nodes of a window.
 const MOST_WORDS: u64 = 1 << 22;
 
-/// Returns whether the images of a box of pixels, with all rows of the grid, have few enough rays.
-fn fits(pixels: &Pixels, all: [u32; 3]) -> bool {
-    Axis::ALL.into_iter().all(|axis| pixels[axis.column()].len() as u64 * u64::from(all[axis.row()]) <= MOST_RAYS)
+/// Returns whether the images of a box of pixels have few enough rays.
+fn fits(pixels: &Pixels) -> bool {
+    rays(pixels).into_iter().all(|rays| rays <= MOST_RAYS)
 }
 
 /// Windows whose images are made together: those of the box around them.
@@ -138,7 +138,7 @@ fn share_out(windows: &[Window], mut some: Vec<usize>, rays_of_image: u64, batch
         let others = some.split_off(some.len() / 2);
         let apart = share_out(windows, some.clone(), rays_of_image, batches)
             + share_out(windows, others.clone(), rays_of_image, batches);
-        if apart < together || !fits(&pixels, windows[some[0]].fine.whole().rays()) {
+        if apart < together || !fits(&pixels) {
             return apart;
         }
         batches.truncate(first);
