@@ -9,6 +9,11 @@ use crate::ldi::{Ldi, LdiError, Mode, NodePlanes, NodesError};
 /// Least radius of the ball, in pitches: below it the distances between nodes and crossings are too coarse.
 pub const RADIUS_MIN: f64 = 2.0;
 
+/// Returns how far outside of the true boundary that of a [wrapped](wrap) solid may lie, in pitches; see there.
+pub(crate) fn error(radius: f64) -> f64 {
+    0.5 / radius
+}
+
 /// Error of [`wrap`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

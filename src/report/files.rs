@@ -18,17 +18,21 @@ use super::page::summary::{Entry, Unmeasured};
 use super::page::{self, compare, summary};
 use super::scaffold_report::{self, Alert, InputFile, ScaffoldReport, Severity};
 use super::{ReportJob, Roi, write};
+use crate::cancel::checkpoint;
+use crate::closest::{ClosestTriangle, closest_to_origin};
 use crate::driver::backend::Backends;
 use crate::driver::input::{self, InputRequirements, Sides, Solid};
 use crate::driver::job::Input;
+use crate::driver::memory::{Cost, Limit, admit};
 use crate::driver::work::work;
 use crate::driver::{FillDifference, machine, output};
 use crate::grid::{Axis, Grid, LOD_RANGE};
 use crate::length::Length;
-use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, convex_hull};
+use crate::mesh::{Aabb, ClosedMesh, LengthUnit, Precision, TriangleMesh, convex_hull};
 use crate::metrics;
 use crate::metrics::wrap::RADIUS_MIN;
 use crate::number::number;
+use crate::parallel::*;
 use crate::sampler::cpu::CpuSampler;
 use crate::sampler::{FillRule, Mode, Sampler};
 use crate::surface::{Coordinates, contour_in};
@@ -332,8 +336,9 @@ pub(super) fn report_on(
     match made {
         Some(Made::Hull) => solids.push(hull(&solids[0])?),
         Some(Made::Wrap(diameter)) => {
+            let limit = Limit::new(settings.memory);
             progress.stage(format!("{}: wrapping", solids[0].name()))?;
-            let wrap = clock.time("wrapping", || wrap(&solids[0], diameter, settings.fill))?;
+            let wrap = clock.time("wrapping", || wrap(&solids[0], diameter, settings.fill, limit))?;
             solids.push(wrap);
             progress.step()?;
         }
@@ -393,7 +398,7 @@ const WRAP_RAYS: f64 = 256.0;
 const WRAP_SHARE: f64 = 0.25;
 
 /// Returns the solid with everything filled that a ball of a diameter cannot enter from outside.
-fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid, Error> {
+fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule, limit: Limit) -> Result<Solid, Error> {
     let bounds = solid.bounds();
     let longest = bounds.extent().max_element();
     let diameter = match diameter {
@@ -416,15 +421,47 @@ fn wrap(solid: &Solid, diameter: Option<Length>, fill: FillRule) -> Result<Solid
     let margin = DVec3::splat(0.5 * diameter + 2.0 * pitch);
     let bounds = Aabb { min: bounds.min - margin, max: bounds.max + margin };
     let grid = Grid::with_pitch(bounds, pitch, *LOD_RANGE.start()).map_err(|error| refused(&error))?;
+    let fixed = machine::held_memory() as f64 + BYTES_OF_TREE * solid.mesh().triangles.len() as f64;
+    let cost = Cost { fixed, ..Cost::default() };
+    admit(&[cost], limit, format_args!("{}: the tree of its triangles", solid.name()), |_| {
+        "raise --memory".to_owned()
+    })?;
     let lattice = solid.quantise(&grid)?;
     let image = |axis| CpuSampler::default().sample_surface(&lattice, axis, fill);
     let images = [image(Axis::X)?, image(Axis::Y)?, image(Axis::Z)?];
     let [x, y, z] = &metrics::wrap::wrap(&images, radius).map_err(|error| refused(&error))?;
     let coordinates = Coordinates { precision: Precision::Double, ..Coordinates::default() };
-    let surface = contour_in([x, y, z], None, Mode::Exact, coordinates).map_err(|error| refused(&error))?;
-    let closed = ClosedMesh::check(surface.mesh).map_err(|error| refused(&error))?;
+    let mut mesh = contour_in([x, y, z], None, Mode::Exact, coordinates).map_err(|error| refused(&error))?.mesh;
+    put_onto(&mut mesh, solid.mesh(), (metrics::wrap::error(radius) + CONTOUR_ERROR) * pitch);
+    let closed = ClosedMesh::check(mesh).map_err(|error| refused(&error))?;
     let unit = solid.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
     Ok(region_of(solid, closed, format!("wrap:{}{unit}", number(diameter))))
+}
+
+/// Error of the contour of a wrapped solid, in pitches: its images have crossings in f32.
+const CONTOUR_ERROR: f64 = 1e-3;
+
+/// Bytes for each triangle of a [`ClosestTriangle`], while it is made.
+const BYTES_OF_TREE: f64 = 220.0;
+
+/// Vertices between two checkpoints.
+const VERTICES_PER_TASK: usize = 1 << 10;
+
+/// Moves the vertices of a mesh that are within `reach` of another one onto it. A region that lies a little outside of the solid where
+/// both should coincide would have pores between them, which are as thin as that and lead all around the solid. Triangles of the
+/// region stay chords of concave faces: between these and the solid lie pores of less than h²/8R, for pitches h and radii R, each by
+/// itself.
+fn put_onto(mesh: &mut TriangleMesh, other: &TriangleMesh, reach: f64) {
+    let corners = |indices: &[u32; 3]| indices.map(|vertex| other.positions[vertex as usize]);
+    let tree = ClosestTriangle::new(&other.triangles.iter().map(corners).collect::<Vec<_>>());
+    mesh.positions.par_chunks_mut(VERTICES_PER_TASK).for_each(|positions| {
+        checkpoint();
+        for position in positions {
+            if let Some(closest) = tree.below(*position, reach * reach, |_| true) {
+                *position += closest_to_origin(tree.corners(closest.hint).map(|corner| corner - *position));
+            }
+        }
+    });
 }
 
 /// Returns a region of interest constructed from a solid, in its unit.

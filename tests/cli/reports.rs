@@ -627,3 +627,20 @@ fn limits_of_reports_with_equal_ends_are_exact() {
     let text = run.code(0).stdout();
     assert!(text.contains("asked exactly 0 %"), "{text}");
 }
+
+/// Faces of a wrapped solid lie on those of the solid, and there are no pores between them.
+#[test]
+fn wrapped_solids_have_the_pores_of_the_solid_alone() {
+    let folder = Folder::new();
+    folder.stl("box.stl", &cube(0.0, 10.0));
+    folder.stl("hollow.stl", &hollow(10.0, 4.0));
+    for (file, diameter, closed) in [("box.stl", "5", 0.0), ("box.stl", "3", 0.0), ("hollow.stl", "3", 0.064)] {
+        for resolution in ["50", "64"] {
+            let region = format!("wrap:{diameter}");
+            let sheet = report(&folder, &[file, "--roi", &region, "--resolution", resolution]);
+            let [open, walled] = ["porosity.open", "porosity.closed"].map(|id| value(&sheet, id));
+            assert!(open < 1e-6 && (walled - closed).abs() < 1e-3, "{file} {region} {resolution}: {open} {walled}");
+            assert!(metric(&sheet, "percolation")["value"].is_null(), "{file} {region} {resolution}");
+        }
+    }
+}
