@@ -498,6 +498,9 @@ fn check_rules(solid: &mut Solid, requirements: InputRequirements) -> Result<Opt
             )));
         }
         match requirements.fill {
+            FillRule::EvenOdd if closed.every_triangle_even() && solid.bounds().extent().min_element() == 0.0 => {
+                return Err(Error::input(format!("{name}: the mesh is flat, so it bounds no solid")));
+            }
             FillRule::EvenOdd if closed.every_triangle_even() => {
                 return Err(Error::input(format!(
                     "{name}: every triangle occurs an even number of times, so the solid is empty under the even-odd rule; use \

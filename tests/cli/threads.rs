@@ -38,6 +38,11 @@ fn far_more_threads_than_any_machine_has_are_refused() {
     let folder = Folder::new();
     folder.stl("a.stl", &cube(0.0, 2.0));
     folder.run(&["volume", "a.stl", "--threads", "1000000"]).code(2).says(&["--threads", "1000000", "at most 1024"]);
+    for [flag, wrong, expected] in
+        [["--threads", "0", "at least 1"], ["--resolution", "-5", "whole number"], ["--memory", "-1", "size of memory"]]
+    {
+        folder.run(&["volume", "a.stl", flag, wrong]).code(2).says(&[flag, wrong, expected]);
+    }
     folder.run(&["volume", "a.stl", "--threads", "16"]).code(0);
 }
 

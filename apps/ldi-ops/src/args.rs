@@ -484,7 +484,7 @@ pub struct ReadingArguments {
 #[command(next_help_heading = "Sampling")]
 pub struct SamplingArguments {
     /// Rays along the longest side of the box of all solids [default: 512]
-    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"], value_parser = number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     #[command(flatten)]
     pub spacing: SpacingArguments,
@@ -565,7 +565,7 @@ pub struct DeviceArguments {
     pub backend: BackendArguments,
     /// Memory limit: 800M, 2G or 1.5GiB. A job whose estimate exceeds it is refused before sampling, with a resolution that fits
     /// [default: 80 % of free memory]
-    #[arg(long, value_name = "SIZE")]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
     pub memory: Option<MemorySize>,
 }
 
@@ -604,11 +604,13 @@ pub struct FinishArguments {
 const MOST_THREADS: usize = 1024;
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let threads: NonZeroUsize = text.parse().map_err(|error| format!("{error}"))?;
-    match threads.get() <= MOST_THREADS {
-        true => Ok(threads),
-        false => Err(format!("at most {MOST_THREADS} threads, and best one for each processor")),
-    }
+    let threads = text.parse().ok().filter(|threads: &NonZeroUsize| threads.get() <= MOST_THREADS);
+    threads
+        .ok_or_else(|| format!("expected at least 1 and at most {MOST_THREADS} threads, best one for each processor"))
+}
+
+fn number_of_rays(text: &str) -> Result<u32, &'static str> {
+    text.parse().map_err(|_| "expected a whole number of rays, as in 512, and at most 65536")
 }
 
 #[derive(Debug, Args)]
@@ -618,7 +620,7 @@ pub struct CommonArguments {
     #[arg(long, value_name = "FILE|-")]
     pub json: Option<PathBuf>,
     /// Number of threads, at most 1024 [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
     pub threads: Option<NonZeroUsize>,
     /// Show no progress and no notes on stderr; warnings and errors remain
     #[arg(short, long, conflicts_with = "verbose")]

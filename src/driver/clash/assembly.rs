@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::is_list;
 use crate::driver::job::Input;
+use crate::mesh::io::Format;
 use crate::{Error, input};
 
 #[derive(Deserialize)]
@@ -33,6 +34,9 @@ pub fn read(path: &Path) -> Result<Vec<Input>, Error> {
     let name = path.display();
     if path.is_dir() {
         return Err(Error::input(format!("{name}: is a folder; give it as a part, without --assembly")));
+    }
+    if path.exists() && Format::from_path(path).is_ok() {
+        return Err(Error::input(format!("{name}: is a mesh; give it as a part, without --assembly")));
     }
     let text = input::open(path).and_then(std::io::read_to_string).map_err(|error| match error.kind() {
         ErrorKind::InvalidData => Error::input(format!("{name}: is not text; a list of parts is a TOML file")),
@@ -94,7 +98,7 @@ mod tests {
         ] {
             assert_eq!(message(&format!("[[part]]\n{part}")), format!("list.toml: part 1: {why}"));
         }
-        for (path, why) in [("data", "is a folder"), ("data/models/sphere.stl", "a list of parts is a TOML file")] {
+        for (path, why) in [("data", "is a folder"), ("data/models/sphere.stl", "is a mesh")] {
             assert!(read(Path::new(path)).unwrap_err().to_string().contains(why), "{path}");
         }
         assert!(message("[[part]]\nfile = 3").starts_with("list.toml: "));

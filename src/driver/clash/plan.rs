@@ -101,11 +101,15 @@ impl ComparedPair {
     }
 }
 
+/// The least length of a part and the greatest of all together, in file units: distances are roots of products of six lengths, with
+/// errors of 2^-104, which `f64` must hold.
+const SIDES: [f64; 2] = [1e-45, 1e45];
+
 impl ClashPlan {
     /// Finds the pairs to compare, of parts in one unit; `warnings` are those about the parts. Times count from `start`.
     ///
     /// # Errors
-    /// Fewer than two parts, open meshes, and lengths in a unit that the parts do not have.
+    /// Fewer than two parts, open meshes, parts too small or too large, and lengths in a unit that the parts do not have.
     pub(super) fn new(
         parts: Vec<Part>,
         mut warnings: Vec<Warning>,
@@ -123,13 +127,29 @@ impl ClashPlan {
         if let Some(open) = parts.iter().find(|part| !part.solid.is_closed()) {
             return Err(Error::input(format!("{}: the mesh is not closed, so it bounds no solid", open.name)));
         }
+        let boxes = boxes(&parts);
+        let longest = |bounds: &Aabb| bounds.extent().max_element();
+        let all = boxes.iter().copied().reduce(Aabb::union).expect("there are parts");
+        let refused = |name: &str, bounds: &Aabb| {
+            Error::input(format!(
+                "{name}: the longest side of the box is {:e}, and distances are computed for sides from {:e} to {:e}; scale all parts",
+                longest(bounds),
+                SIDES[0],
+                SIDES[1],
+            ))
+        };
+        if let Some((part, bounds)) = parts.iter().zip(&boxes).find(|(_, bounds)| longest(bounds) < SIDES[0]) {
+            return Err(refused(&part.name, bounds));
+        }
+        if longest(&all) > SIDES[1] {
+            return Err(refused(&names.join(", "), &all));
+        }
         let unit = parts[0].solid.unit;
         let limits = settings.rules.limits(settings.clearance, unit)?;
         settings.spacing.in_unit(unit)?;
         let touching = settings.touching.map(|length| length.in_unit(unit, "--touching")).transpose()?;
         let (ignored, about_rules) = settings.rules.ignored(&names)?;
         warnings.extend(about_rules);
-        let boxes = boxes(&parts);
         let reach = limits.clearance.unwrap_or(0.0).max(touching.unwrap_or_else(|| compare::rounding(&boxes)));
         let (left_out, pairs): (Vec<_>, Vec<_>) =
             near_pairs(&boxes, reach).into_iter().partition(|&pair| ignored.contains(pair));

@@ -231,7 +231,13 @@ pub enum NpzError {
         /// The error found.
         source: io::Error,
     },
-    /// The archive could not be written, or the file is not an archive.
+    /// The file is not an archive, or not all of one.
+    #[error("the file is not an .npz archive, or was cut off ({source})")]
+    NoArchive {
+        /// What was found.
+        source: zip::result::ZipError,
+    },
+    /// The archive could not be written or read.
     #[error("{0}")]
     Zip(#[from] zip::result::ZipError),
     /// The file could not be written or read.

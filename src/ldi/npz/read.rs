@@ -33,7 +33,10 @@ const COMPRESSED_RATIO: u64 = 64;
 pub fn read(mut from: impl Read + Seek) -> Result<Images, NpzError> {
     let file_bytes = from.seek(SeekFrom::End(0))?;
     from.rewind()?;
-    let zip = ZipArchive::new(from)?;
+    let zip = ZipArchive::new(from).map_err(|error| match error {
+        source @ ZipError::InvalidArchive(_) => NpzError::NoArchive { source },
+        other => other.into(),
+    })?;
     if zip.has_duplicate_names() {
         return Err(NpzError::Twice { entries: zip.len() });
     }

@@ -254,10 +254,11 @@ impl MeshReport {
         add(&mut defects, Defect::OddEdges, &self.odd_edges);
         add(&mut defects, Defect::UnbalancedEdges, &self.unbalanced_edges);
         add(&mut defects, Defect::InsideOut, &self.inside_out);
-        if self.triangles > 0 && self.every_triangle_even {
+        if self.every_triangle_even && self.repeated_corners.count < self.triangles {
             defects.push(Defect::AllDoubled);
         }
-        if self.is_closed() && self.is_oriented() && self.signed_volume <= 0.0 {
+        let has_volume = self.signed_volume > 0.0 && self.repeated_corners.count < self.triangles;
+        if self.is_closed() && self.is_oriented() && !has_volume {
             defects.push(Defect::NoVolume { signed_volume: self.signed_volume });
         }
         add(&mut defects, Defect::SolidsInSolids, &self.solids_in_solids);

@@ -287,10 +287,11 @@ fn soup(corners: Vec<[DVec3; 3]>) -> TriangleMesh {
 fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
     let mut words = Words::new(bytes);
     let mut corners: Vec<[DVec3; 3]> = Vec::new();
-    let (mut solids, mut facets_before) = (0, 0);
+    let (mut solids, mut facets_before, mut is_within) = (0, 0, false);
     while let Some(word) = words.next() {
         match Keyword::of(word) {
-            Some(Keyword::Solid | Keyword::EndSolid) => {
+            Some(keyword @ (Keyword::Solid | Keyword::EndSolid)) => {
+                is_within = keyword == Keyword::Solid;
                 solids += usize::from(corners.len() > facets_before);
                 facets_before = corners.len();
                 skip_name(&mut words);
@@ -302,6 +303,10 @@ fn parse_text(bytes: &[u8]) -> Result<MeshFile, Fault> {
     solids += usize::from(corners.len() > facets_before);
     if corners.is_empty() {
         return Err(Fault::Empty("the text has no facet".to_owned()));
+    }
+    // A file may have been cut off between two facets.
+    if is_within {
+        return Err(words.expected("`facet` or `endsolid`", None));
     }
     check_count(corners.len())?;
     let mut notes = Vec::new();
@@ -560,6 +565,11 @@ mod tests {
         assert_eq!(error(control.as_bytes(), FORMAT), "sample.stl, line 6: `\\u{10}` is not a number");
         let odd = text("endfacet", "endfact");
         assert_eq!(error(odd.as_bytes(), FORMAT), "sample.stl, line 8: expected `endfacet`, found `endfact`");
+        let between = text("", "") + FACET;
+        assert_eq!(
+            error(between.as_bytes(), FORMAT),
+            "sample.stl, line 16: expected `facet` or `endsolid`, found the end of the file"
+        );
     }
 
     #[test]

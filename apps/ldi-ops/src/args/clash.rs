@@ -68,7 +68,7 @@ pub struct ComparisonArguments {
     pub touching: Option<Length>,
     /// Rays along the longest side of the box of an overlap [default: 128]. Like --pitch and --tolerance, for volumes that are
     /// not exact
-    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"], value_parser = super::number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     #[command(flatten)]
     pub spacing: SpacingArguments,
@@ -78,7 +78,7 @@ pub struct ComparisonArguments {
     pub backend: BackendArguments,
     /// Memory limit: 800M, 2G or 1.5GiB. Parts that exceed it are refused, exact common volumes that do are estimated from
     /// images, and images that do are refused; a --tolerance stops at the finest images that fit [default: 80 % of free memory]
-    #[arg(long, value_name = "SIZE")]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
     pub memory: Option<MemorySize>,
 }
 
