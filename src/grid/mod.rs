@@ -6,8 +6,8 @@
 //! guarantees of the toolkit hold for the solid after this one rounding, whose size is
 //! [`quantisation`](Grid::quantisation).
 //!
-//! Ranges: lattice positions lie in `[0, 2^30)`, of a solid on a part of its grid in `(-2^30, 2^30)`, differences fit 31 bits, edge functions fit `i64`. At 512 rays a pixel
-//! holds 2^20 lattice steps.
+//! Ranges: lattice positions lie in `[0, 2^30)`, or in `(-2^30, 2^30)` for a solid on a part of its grid; differences fit 31 bits,
+//! edge functions fit `i64`. At 512 rays a pixel holds 2^20 lattice steps.
 
 mod offset;
 mod refined;

@@ -408,3 +408,17 @@ fn all_inputs_that_cannot_be_used_are_named() {
     assert!(error.starts_with("ldi-ops: error: 30 inputs") && error.trim_end().ends_with("and 24 more"), "{error}");
     folder.run(&["union", "a.stl", "x.stl"]).code(2).says(&["error: x.stl: No such file"]);
 }
+
+#[test]
+fn what_is_flat_or_has_no_triangles_is_not_said_to_consist_of_duplicates() {
+    let folder = Folder::new();
+    folder.stl("flat.stl", &cuboid([0.0; 3], [2.0, 2.0, 0.0]));
+    folder.run(&["volume", "flat.stl"]).code(2).says(&["flat.stl", "flat"]);
+    let text = "OFF\n3 2 0\n0.1 0.2 0.3\n1.7 0.4 0.9\n0.33 2.1 0.77\n3 0 0 1\n3 1 1 2\n";
+    std::fs::write(folder.path("needles.off"), text).unwrap();
+    let run = folder.run(&["check", "needles.off"]).code(1);
+    let told = run.stdout();
+    assert!(told.contains("NOT a solid") && !told.contains("even number"), "{told}");
+    std::fs::write(folder.path("empty.npz"), "").unwrap();
+    folder.run(&["volume", "empty.npz"]).code(2).says(&["empty.npz", "not an .npz archive"]);
+}

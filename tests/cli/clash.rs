@@ -404,3 +404,16 @@ fn overlaps_without_an_exact_volume_are_sampled_as_asked() {
     }
     folder.run(&["clash", "a.stl", "rod.stl", "--pitch", "1mm"]).code(2).says(&["--pitch 1mm", "states no unit"]);
 }
+
+/// Products of six lengths must be numbers.
+#[test]
+fn parts_of_sizes_for_which_no_distance_is_right_are_refused() {
+    let folder = Folder::with_two_cubes();
+    for (side, name) in [("1e-50", "other.off"), ("1e50", "all 2 parts")] {
+        let corners = format!("0 0 0\n{side} 0 0\n0 {side} 0\n0 0 {side}\n");
+        let text = format!("OFF\n4 4 0\n{corners}3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+        fs::write(folder.path("other.off"), text).unwrap();
+        let run = folder.run(&["clash", "a.stl", "other.off", "--unit", "mm"]).code(2);
+        run.says(&[name, side, "from 1e-45 to 1e45"]);
+    }
+}

@@ -484,7 +484,8 @@ pub struct ReadingArguments {
 #[command(next_help_heading = "Sampling")]
 pub struct SamplingArguments {
     /// Rays along the longest side of the box of all solids [default: 512]
-    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"], value_parser = number_of_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    #[arg(value_parser = number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     #[command(flatten)]
     pub spacing: SpacingArguments,

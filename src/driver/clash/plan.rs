@@ -131,18 +131,17 @@ impl ClashPlan {
         let longest = |bounds: &Aabb| bounds.extent().max_element();
         let all = boxes.iter().copied().reduce(Aabb::union).expect("there are parts");
         let refused = |name: &str, bounds: &Aabb| {
+            let (side, [least, most]) = (longest(bounds), SIDES);
             Error::input(format!(
-                "{name}: the longest side of the box is {:e}, and distances are computed for sides from {:e} to {:e}; scale all parts",
-                longest(bounds),
-                SIDES[0],
-                SIDES[1],
+                "{name}: the longest side of the box is {side:e}, and distances are computed for sides from {least:e} to \
+                 {most:e}; scale all parts"
             ))
         };
         if let Some((part, bounds)) = parts.iter().zip(&boxes).find(|(_, bounds)| longest(bounds) < SIDES[0]) {
             return Err(refused(&part.name, bounds));
         }
         if longest(&all) > SIDES[1] {
-            return Err(refused(&names.join(", "), &all));
+            return Err(refused(&format!("all {} parts", parts.len()), &all));
         }
         let unit = parts[0].solid.unit;
         let limits = settings.rules.limits(settings.clearance, unit)?;

@@ -68,7 +68,8 @@ pub struct ComparisonArguments {
     pub touching: Option<Length>,
     /// Rays along the longest side of the box of an overlap [default: 128]. Like --pitch and --tolerance, for volumes that are
     /// not exact
-    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"], value_parser = super::number_of_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    #[arg(value_parser = super::number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     #[command(flatten)]
     pub spacing: SpacingArguments,

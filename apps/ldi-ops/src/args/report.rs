@@ -82,13 +82,15 @@ pub struct JudgingArguments {
 #[command(next_help_heading = "Sampling")]
 pub struct RasterArguments {
     /// Rays along the longest side of the region [default: 256]
-    #[arg(long, value_name = "N", conflicts_with = "pitch", value_parser = super::number_of_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", conflicts_with = "pitch")]
+    #[arg(value_parser = super::number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     /// Distance between neighbouring rays, in file units or with a unit: 0.05mm
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub pitch: Option<Length>,
     /// Most rays along the longest side of the raster for tortuosity, whose pitch is a whole multiple of the report's
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = super::number_of_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = 128)]
+    #[arg(value_parser = super::number_of_rays, allow_hyphen_values = true)]
     pub tortuosity_resolution: u32,
     #[command(flatten)]
     pub fill: FillArguments,

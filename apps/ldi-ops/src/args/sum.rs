@@ -161,7 +161,8 @@ pub struct SumPlacingArguments {
 #[command(next_help_heading = "Sampling")]
 pub struct SumSamplingArguments {
     /// Rays along the longest side of the result's box, or of A's if the result lies within A [default: 512]
-    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"], value_parser = super::number_of_rays, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", conflicts_with_all = ["pitch", "tolerance"])]
+    #[arg(value_parser = super::number_of_rays, allow_hyphen_values = true)]
     pub resolution: Option<u32>,
     #[command(flatten)]
     pub spacing: SpacingArguments,
